@@ -1,0 +1,279 @@
+//! The axis machine: one of the two copies that command translation and rotation [C §3, §4].
+
+use super::profile::{Phase, Profile};
+use crate::math::{Sum, limit};
+
+/// State of an axis [C figure 4].
+///
+/// ```text
+///                 command, too slow                       command, too fast or wrong way
+///        ┌──────────────────────────────▶ ACCEL ─────────────────────────────┐
+///        │                                │  ▲                               ▼
+///      HOLD                     v reached │  │ command, faster    ┌────▶ DECCEL
+///        ▲                                ▼  │                    │       │  │
+///        │                               MOVE ────────────────────┘       │  │ v reached
+///        │                                ▲     d comes near, stop        │  │
+///        │                                └───────────────────────────────│──┘
+///        └────────────────────────────────────────────────────────────────┘ speed 0
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum State {
+    /// The displacement is servoed to the reference.
+    #[default]
+    Hold,
+    /// The reference speed rises linearly to v.
+    Accel,
+    /// The reference speed stays at v.
+    Move,
+    /// The reference speed falls linearly: to v, or to rest at d.
+    Deccel,
+}
+
+impl State {
+    /// The paper's spelling.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "HOLD",
+            Self::Accel => "ACCEL",
+            Self::Move => "MOVE",
+            Self::Deccel => "DECCEL",
+        }
+    }
+}
+
+/// A `move` or a `turn`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AxisCommand {
+    /// Displacement d: m or rad, signed, may be infinite.
+    pub distance: f32,
+    /// Speed v ≥ 0: m/s or rad/s. Zero stops this axis alone.
+    pub speed: f32,
+    /// Acceleration a > 0: m/s² or rad/s².
+    pub acceleration: f32,
+}
+
+/// What parameters decide about an axis. Units are m or rad, and seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct AxisConfig {
+    /// Nominal length of a cycle T, s.
+    pub period: f32,
+    /// Position gain k_p, 1/s.
+    pub gain: f32,
+    /// Largest following error: beyond it the reference waits.
+    pub max_error: f32,
+    /// A target is reached when the error is below this in HOLD.
+    pub tolerance: f32,
+    /// Below this speed the axis has come to rest.
+    pub rest_speed: f32,
+}
+
+/// What an axis waits for in HOLD.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Pending {
+    Nothing,
+    /// To be within tolerance of d, for so many seconds now.
+    Target(f32),
+    /// To come to rest, for so many seconds now.
+    Rest(f32),
+}
+
+/// The longest an axis waits in HOLD before it reports all the same, s.
+const PATIENCE: f32 = 0.5;
+
+/// What happened on an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AxisEvent {
+    /// d is reached; the residual s_ref − S in m or rad.
+    Done(f32),
+    /// The axis was told to stop and rests.
+    AtRest,
+}
+
+/// One axis: its reference, its displacement S, and the error between them.
+///
+/// The order within a cycle is [`measure`](Self::measure) (what has happened), then commands, then [`advance`](Self::advance) (what shall happen).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    profile: Profile,
+    state: State,
+    /// S, since the last command.
+    moved: Sum,
+    /// s_ref − S. The axis carries this, not s_ref: it keeps its digits whatever S is.
+    error: f32,
+    /// The reference's displacement in the cycle under way.
+    ahead: f32,
+    reference_acceleration: f32,
+    pending: Pending,
+}
+
+impl Default for Axis {
+    fn default() -> Self {
+        Self {
+            profile: Profile::at_rest(),
+            state: State::Hold,
+            moved: Sum::default(),
+            error: 0.0,
+            ahead: 0.0,
+            reference_acceleration: 0.0,
+            pending: Pending::Nothing,
+        }
+    }
+}
+
+impl Axis {
+    /// Takes in the displacement since the last cycle; `steps` is the number of nominal periods that have passed.
+    pub fn measure(&mut self, moved: f32, steps: u32) {
+        self.moved.add(moved);
+        if steps > 0 {
+            self.error += self.ahead;
+            self.ahead = 0.0;
+        }
+        self.error -= moved;
+    }
+
+    /// Replaces the command. S restarts at 0; the following error stays, so that nothing steps.
+    pub fn command(&mut self, command: AxisCommand) {
+        self.moved = Sum::default();
+        if command.speed > 0.0 {
+            // S := 0 and s_ref := e, so d − e remains.
+            self.profile.go(
+                command.distance - self.error,
+                command.speed,
+                command.acceleration,
+            );
+            self.pending = if command.distance.is_finite() {
+                Pending::Target(0.0)
+            } else {
+                Pending::Nothing
+            };
+        } else {
+            self.profile.stop(command.acceleration);
+            self.pending = Pending::Rest(0.0);
+        }
+    }
+
+    /// Lets go: HOLD where the vehicle is, reference at rest. S goes on counting.
+    pub fn release(&mut self) {
+        let moved = self.moved;
+        *self = Self::default();
+        self.moved = moved;
+    }
+
+    /// Advances the reference by `steps` cycles (0: none is due yet); `speed` is the measured one.
+    pub fn advance(&mut self, config: &AxisConfig, speed: f32, steps: u32) -> Option<AxisEvent> {
+        for remaining in (0..steps).rev() {
+            if self.profile.has_landed() {
+                self.ahead = 0.0;
+                self.reference_acceleration = 0.0;
+                break;
+            }
+            let step = self.profile.step(config.period);
+            self.reference_acceleration = step.speed_change / config.period;
+            self.state = match step.phase {
+                Phase::Accelerating => State::Accel,
+                Phase::Cruising => State::Move,
+                Phase::Decelerating => State::Deccel,
+            };
+            self.ahead = self.wait_for_vehicle(config, step.displacement, speed);
+            if remaining > 0 {
+                // A cycle was missed: the reference has been there already.
+                self.error += self.ahead;
+            }
+        }
+        if !self.profile.has_landed() {
+            return None;
+        }
+        if self.state != State::Hold {
+            self.state = State::Hold;
+            // S := S − d, where d is s_ref at the end of this cycle.
+            self.moved = Sum::new(-(self.error + self.ahead));
+        }
+        self.settle(config, speed, steps as f32 * config.period)
+    }
+
+    /// The part of a reference step that keeps the error within its bound; the rest is taken back.
+    fn wait_for_vehicle(&mut self, config: &AxisConfig, step: f32, speed: f32) -> f32 {
+        let direction = step.signum();
+        let room = (config.max_error - self.error * direction).max(0.0);
+        let wanted = step * direction;
+        if wanted <= room {
+            return step;
+        }
+        let taken = room * direction;
+        self.profile
+            .wait(step - taken, (speed * direction).max(0.0));
+        taken
+    }
+
+    fn settle(&mut self, config: &AxisConfig, speed: f32, elapsed: f32) -> Option<AxisEvent> {
+        match &mut self.pending {
+            Pending::Nothing => None,
+            Pending::Target(waited) => {
+                let residual = self.error + self.ahead;
+                if residual.abs() >= config.tolerance && *waited < PATIENCE {
+                    *waited += elapsed;
+                    return None;
+                }
+                self.pending = Pending::Nothing;
+                Some(AxisEvent::Done(residual))
+            }
+            Pending::Rest(waited) => {
+                if speed.abs() >= config.rest_speed && *waited < PATIENCE {
+                    *waited += elapsed;
+                    return None;
+                }
+                self.release();
+                self.moved = Sum::default();
+                Some(AxisEvent::AtRest)
+            }
+        }
+    }
+
+    /// Velocity to command: v_ref + k_p (s_ref − S), with v_ref the mean of the cycle under way.
+    ///
+    /// The correction is bounded by that of the largest error, so a vehicle that was pushed away comes back gently.
+    #[must_use]
+    pub fn velocity(&self, config: &AxisConfig) -> f32 {
+        self.ahead / config.period + limit(config.gain * self.error, config.gain * config.max_error)
+    }
+
+    /// Acceleration of the reference in the cycle under way.
+    #[must_use]
+    pub fn acceleration(&self) -> f32 {
+        self.reference_acceleration
+    }
+
+    /// The state.
+    #[must_use]
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// S, m or rad.
+    #[must_use]
+    pub fn displacement(&self) -> f64 {
+        self.moved.to_f64()
+    }
+
+    /// s_ref − S at this cycle's instant, m or rad.
+    #[must_use]
+    pub fn error(&self) -> f32 {
+        self.error
+    }
+
+    /// Reference speed at the end of the cycle under way.
+    #[must_use]
+    pub fn reference_speed(&self) -> f32 {
+        self.profile.speed()
+    }
+
+    /// True if the reference stands and nothing is awaited.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.state == State::Hold && self.pending == Pending::Nothing
+    }
+}

@@ -1,0 +1,12 @@
+//! The standard vehicle controller.
+#![no_std]
+#![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod controller;
+pub mod math;
+pub mod supervisor;
+pub mod time;
+pub mod vehicle;

@@ -1,0 +1,141 @@
+//! Bottom layer: the virtual vehicle, and the geometries that implement it [C §6].
+//!
+//! The controller above knows a vehicle that translates and rotates, and nothing of wheels. A geometry turns encoder counts into (ΔS, Δα) and a
+//! commanded (v_s, v_α) into wheel speeds; a [`Drive`] turns a wheel's speed into whatever its motor wants.
+
+pub mod differential;
+mod encoder;
+mod observer;
+pub mod servo;
+
+pub use differential::DifferentialDrive;
+pub use encoder::{Counter, Encoder};
+pub use observer::{Gains, Observer};
+pub use servo::Servo;
+
+/// A translation and a rotation of the virtual vehicle: an increment, a speed, an acceleration, or a resolution.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Twist {
+    /// Along the path: m, m/s or m/s². Positive forward.
+    pub translation: f32,
+    /// About the vertical: rad, rad/s or rad/s². Positive counter-clockwise.
+    pub rotation: f32,
+}
+
+impl Twist {
+    /// Neither translation nor rotation.
+    pub const ZERO: Self = Self {
+        translation: 0.0,
+        rotation: 0.0,
+    };
+}
+
+/// What the vehicle did since it was last asked.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Motion {
+    /// ΔS (m) and Δα (rad). Over any number of calls these sum up to the encoders' totals: rounding is carried, not lost.
+    pub increment: Twist,
+    /// v_s (m/s) and v_α (rad/s), from the tracking observers.
+    pub speed: Twist,
+    /// S'' (m/s²) and α'' (rad/s²), from the tracking observers.
+    pub acceleration: Twist,
+}
+
+/// One wheel, as reports show it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Wheel {
+    /// Encoder counts since start-up, positive forward.
+    pub count: i64,
+    /// Speed of the circumference, m/s.
+    pub speed: f32,
+    /// Motor output as a fraction of the supply, −1 to 1.
+    pub duty: f32,
+}
+
+/// An output refused to be written: a pin or a PWM channel returned an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct OutputError;
+
+impl core::fmt::Display for OutputError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("a motor output could not be written")
+    }
+}
+impl core::error::Error for OutputError {}
+
+/// A vehicle of any geometry, seen as one that translates and rotates.
+pub trait VirtualVehicle {
+    /// Everything that parameters decide, in SI units and ready to use.
+    type Config: Clone;
+
+    /// Takes a new configuration over. Called at rest only, when geometry changes.
+    fn configure(&mut self, config: &Self::Config);
+
+    /// What one encoder count amounts to: the half-width of the play through which total variations are taken (theory section 3).
+    fn resolution(&self) -> Twist;
+
+    /// Reads the encoders. `dt` is the time since the last call in seconds; zero is allowed.
+    fn sense(&mut self, dt: f32) -> Motion;
+
+    /// Drives with the given speed (m/s, rad/s) and acceleration (m/s², rad/s²); a wheel that would exceed its limit scales both axes alike.
+    ///
+    /// `supply` is the battery voltage, `dt` the time until the next call in seconds.
+    ///
+    /// # Errors
+    /// [`OutputError`] if an output refused; the caller switches off.
+    fn drive(
+        &mut self,
+        speed: Twist,
+        acceleration: Twist,
+        supply: f32,
+        dt: f32,
+    ) -> Result<(), OutputError>;
+
+    /// Switches every motor off and forgets what the servos have learned.
+    ///
+    /// # Errors
+    /// [`OutputError`] if an output refused; the others are off all the same.
+    fn off(&mut self) -> Result<(), OutputError>;
+
+    /// The wheels, left first.
+    fn wheels(&self) -> [Wheel; 2];
+}
+
+/// What a wheel is asked to do in the coming cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct WheelCommand {
+    /// Speed of the circumference, m/s.
+    pub speed: f32,
+    /// Its derivative, m/s².
+    pub acceleration: f32,
+    /// The speed that was measured, m/s.
+    pub measured: f32,
+}
+
+/// One wheel's motor: a PWM bridge behind a [`Servo`], or a motor controller that takes speeds or positions itself.
+pub trait Drive {
+    /// Takes new servo parameters over.
+    fn configure(&mut self, config: &servo::Config);
+
+    /// Acts on a command until the next one; `supply` in volts, `dt` in seconds. Returns the duty, −1 to 1.
+    ///
+    /// # Errors
+    /// [`OutputError`] if the output refused.
+    fn command(
+        &mut self,
+        command: WheelCommand,
+        supply: f32,
+        dt: f32,
+    ) -> Result<f32, OutputError>;
+
+    /// Switches the motor off.
+    ///
+    /// # Errors
+    /// [`OutputError`] if the output refused.
+    fn off(&mut self) -> Result<(), OutputError>;
+}

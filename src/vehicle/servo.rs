@@ -1,0 +1,206 @@
+//! Wheel servo: feed-forward plus PI, out through a PWM channel and a direction pin.
+
+use super::{Drive, OutputError, WheelCommand};
+use crate::math::limit;
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+
+/// Parameters of the servo of one wheel. Voltages are at the motor; speeds are those of the wheel's circumference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    /// Voltage that overcomes friction, V.
+    pub static_friction: f32,
+    /// Voltage per speed (back-EMF and viscous friction), V/(m/s).
+    pub speed_gain: f32,
+    /// Voltage per acceleration (inertia), V/(m/s²).
+    pub acceleration_gain: f32,
+    /// Proportional gain on the speed error, V/(m/s).
+    pub proportional: f32,
+    /// Integral gain, V/m.
+    pub integral: f32,
+    /// Largest part of the integral in the output, V.
+    pub integral_limit: f32,
+    /// Largest duty, 0 to 1.
+    pub max_duty: f32,
+    /// The motor turns backward on a positive voltage.
+    pub reversed: bool,
+}
+
+/// The direction of a friction voltage is blended over this speed, so that a command that flickers about zero does not shake the gears (m/s).
+const FRICTION_BLEND: f32 = 0.004;
+/// The integral learns only while the speed error is below this share of the commanded speed, or below [`LEARNING_FLOOR`]:
+/// what a blocked wheel would teach it is wrong once the wheel is free.
+const LEARNING_SHARE: f32 = 0.3;
+/// m/s.
+const LEARNING_FLOOR: f32 = 0.03;
+
+/// The controller proper: speed error to voltage.
+///
+/// ```text
+///     u = V_s sat(v/v_0) + K_v v + K_a a + k_p e + ∫ k_i e dt        e = v − v_measured
+/// ```
+///
+/// Anti-windup: the integral is bounded, stands still while the output is saturated in its direction, and while e is too large to be friction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Regulator {
+    integral: f32,
+}
+
+impl Regulator {
+    /// Voltage for a command; `available` is the largest voltage the bridge can give, `dt` the time until the next call.
+    pub fn update(
+        &mut self,
+        config: &Config,
+        command: WheelCommand,
+        available: f32,
+        dt: f32,
+    ) -> f32 {
+        let error = command.speed - command.measured;
+        let feed_forward = config.static_friction * limit(command.speed / FRICTION_BLEND, 1.0)
+            + config.speed_gain * command.speed
+            + config.acceleration_gain * command.acceleration;
+        let proportional = config.proportional * error;
+        let wanted = feed_forward + proportional + self.integral;
+        let saturated = wanted.abs() > available && wanted * error > 0.0;
+        let plausible = error.abs() < LEARNING_FLOOR.max(LEARNING_SHARE * command.speed.abs());
+        if plausible && !saturated {
+            self.integral = limit(
+                self.integral + config.integral * error * dt,
+                config.integral_limit,
+            );
+        }
+        limit(feed_forward + proportional + self.integral, available)
+    }
+
+    /// Forgets the integral.
+    pub fn reset(&mut self) {
+        self.integral = 0.0;
+    }
+}
+
+/// A motor behind an H-bridge: duty by PWM, direction by a pin (high is forward).
+#[derive(Debug)]
+pub struct Servo<P, D> {
+    pwm: P,
+    direction: D,
+    config: Config,
+    regulator: Regulator,
+}
+
+impl<P: SetDutyCycle, D: OutputPin> Servo<P, D> {
+    /// Takes a PWM channel and a direction pin over and switches the motor off.
+    ///
+    /// # Errors
+    /// [`OutputError`] if the channel refused.
+    pub fn new(pwm: P, direction: D, config: Config) -> Result<Self, OutputError> {
+        let mut servo = Self {
+            pwm,
+            direction,
+            config,
+            regulator: Regulator::default(),
+        };
+        servo.off()?;
+        Ok(servo)
+    }
+
+    fn output(&mut self, duty: f32) -> Result<(), OutputError> {
+        let forward = (duty >= 0.0) != self.config.reversed;
+        let full = self.pwm.max_duty_cycle();
+        // A NaN casts to 0: off.
+        let counts = ((duty.abs() * f32::from(full) + 0.5) as u16).min(full);
+        self.direction
+            .set_state(forward.into())
+            .map_err(|_| OutputError)?;
+        self.pwm.set_duty_cycle(counts).map_err(|_| OutputError)
+    }
+}
+
+impl<P: SetDutyCycle, D: OutputPin> Drive for Servo<P, D> {
+    fn configure(&mut self, config: &Config) {
+        self.config = *config;
+        self.regulator.reset();
+    }
+
+    fn command(
+        &mut self,
+        command: WheelCommand,
+        supply: f32,
+        dt: f32,
+    ) -> Result<f32, OutputError> {
+        let available = supply * self.config.max_duty;
+        let voltage = self
+            .regulator
+            .update(&self.config, command, available, dt);
+        let duty = limit(voltage / supply, self.config.max_duty);
+        self.output(duty)?;
+        Ok(duty)
+    }
+
+    fn off(&mut self) -> Result<(), OutputError> {
+        self.regulator.reset();
+        self.pwm.set_duty_cycle_fully_off().map_err(|_| OutputError)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CONFIG: Config = Config {
+        static_friction: 0.5,
+        speed_gain: 13.0,
+        acceleration_gain: 0.5,
+        proportional: 20.0,
+        integral: 100.0,
+        integral_limit: 3.0,
+        max_duty: 0.95,
+        reversed: false,
+    };
+
+    #[test]
+    fn feed_forward_alone_when_speed_is_right() {
+        let mut regulator = Regulator::default();
+        let command = WheelCommand {
+            speed: 0.2,
+            acceleration: 1.0,
+            measured: 0.2,
+        };
+        let voltage = regulator.update(&CONFIG, command, 12.0, 1e-3);
+        assert!((voltage - (0.5 + 13.0 * 0.2 + 0.5)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn blocked_wheel_does_not_wind_up() {
+        let mut regulator = Regulator::default();
+        let command = WheelCommand {
+            speed: 0.3,
+            acceleration: 0.0,
+            measured: 0.0,
+        };
+        for _ in 0..10_000 {
+            regulator.update(&CONFIG, command, 12.0, 1e-3);
+        }
+        assert_eq!(regulator, Regulator::default());
+    }
+
+    #[test]
+    fn integral_is_bounded_and_unwinds() {
+        let mut regulator = Regulator::default();
+        let slow = WheelCommand {
+            speed: 0.1,
+            acceleration: 0.0,
+            measured: 0.08,
+        };
+        for _ in 0..10_000 {
+            regulator.update(&CONFIG, slow, 12.0, 1e-3);
+        }
+        assert_eq!(regulator.integral, CONFIG.integral_limit);
+        let fast = WheelCommand {
+            measured: 0.12,
+            ..slow
+        };
+        regulator.update(&CONFIG, fast, 12.0, 1e-3);
+        assert!(regulator.integral < CONFIG.integral_limit);
+    }
+}

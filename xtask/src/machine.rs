@@ -1,0 +1,119 @@
+//! What the verification would like to find on this machine, what goes without it, and how to get it.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crate::run::{Session, capture, succeeds};
+
+/// Something a machine may lack.
+pub struct Need {
+    pub name: &'static str,
+    present: fn(&Session) -> bool,
+    /// What happens when it is missing.
+    pub without: &'static str,
+    get: &'static str,
+}
+
+pub const NEXTEST: Need = Need {
+    name: "cargo-nextest",
+    present: |session| succeeds(session.cargo("nextest --version"), PROBE),
+    without: "the tests run with cargo test",
+    get: "cargo install --locked cargo-nextest",
+};
+
+pub const FIRMWARE_TARGET: Need = Need {
+    name: "Rust for thumbv7em-none-eabihf",
+    present: |session| firmware_target_installed(session) || add_firmware_target(session),
+    without: "the no_std build is left out",
+    get: "rustup target add thumbv7em-none-eabihf",
+};
+
+pub const PYTHON: Need = Need {
+    name: "python3 with venv and pip",
+    present: |session| {
+        succeeds(
+            session.command(PYTHON3, ["-c", "import venv, ensurepip"]),
+            PROBE,
+        )
+    },
+    without: "the external-client test is left out",
+    get: "apt install python3-venv, or https://www.python.org",
+};
+
+pub const BASH: Need = Need {
+    name: "bash",
+    present: |session| succeeds(session.command("bash", ["-c", ":"]), PROBE),
+    without: "the commands of README.md are not run",
+    get: "a Unix-like system, with the package bash",
+};
+
+const LOGS: Need = Need {
+    name: "logs of real robots",
+    present: |session| logs(&session.root).is_dir(),
+    without: "the tests on real logs are left out",
+    get: "put them into ../shared/data, or set VEHICLE_CONTROLLER_SHARED to their folder",
+};
+
+const NEEDS: [&Need; 5] = [&NEXTEST, &FIRMWARE_TARGET, &PYTHON, &BASH, &LOGS];
+
+/// Python 3 goes by another name on Windows.
+pub const PYTHON3: &str = if cfg!(windows) { "python" } else { "python3" };
+
+const PROBE: Duration = Duration::from_secs(20);
+const DOWNLOAD: Duration = Duration::from_secs(60);
+
+/// What turned out to be missing.
+pub struct Machine {
+    missing: Vec<&'static str>,
+}
+
+impl Machine {
+    /// Looks for everything once, and prints what there is.
+    pub fn look(session: &Session) -> Self {
+        println!("== this machine");
+        let mut missing = Vec::new();
+        for need in NEEDS {
+            if (need.present)(session) {
+                println!("found    {}", need.name);
+            } else {
+                println!(
+                    "missing  {}: {}; to get it: {}",
+                    need.name, need.without, need.get
+                );
+                missing.push(need.name);
+            }
+        }
+        Self { missing }
+    }
+
+    pub fn has(&self, need: &Need) -> bool {
+        !self.missing.contains(&need.name)
+    }
+}
+
+fn logs(root: &Path) -> PathBuf {
+    let elsewhere = std::env::var_os("VEHICLE_CONTROLLER_SHARED").map(PathBuf::from);
+    root.join(elsewhere.unwrap_or_else(|| "../shared/data".into()))
+}
+
+/// Asks the compiler, not rustup: a toolchain may come from a distribution.
+fn firmware_target_installed(session: &Session) -> bool {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let ask = session.command(
+        rustc,
+        [
+            "--print",
+            "target-libdir",
+            "--target",
+            "thumbv7em-none-eabihf",
+        ],
+    );
+    capture(ask, PROBE).is_ok_and(|(_, folder)| Path::new(folder.trim()).is_dir())
+}
+
+fn add_firmware_target(session: &Session) -> bool {
+    succeeds(
+        session.command("rustup", ["target", "add", "thumbv7em-none-eabihf"]),
+        DOWNLOAD,
+    ) && firmware_target_installed(session)
+}
