@@ -6,7 +6,9 @@
 extern crate std;
 
 pub mod controller;
+pub mod interpreter;
 pub mod math;
+pub mod params;
 pub mod supervisor;
 pub mod time;
 pub mod vehicle;

@@ -89,6 +89,9 @@ mod tests {
 
     #[test]
     fn a_clock_that_goes_back_or_leaps_does_no_harm() {
-        assert_eq!(steps(&[1000, 500, 2000, 10_000_000, 10_001_000]), [1, 0, 1, 20, 1]);
+        assert_eq!(
+            steps(&[1000, 500, 2000, 10_000_000, 10_001_000]),
+            [1, 0, 1, 20, 1]
+        );
     }
 }

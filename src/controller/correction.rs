@@ -97,7 +97,10 @@ pub fn observe<const M: usize>(
     let rest = Matrix3::identity() - k * h;
     let joseph = rest * c * rest.transpose() + k * r * k.transpose();
     let after = nearest_positive(&((joseph + joseph.transpose()) * 0.5), &c)?;
-    Ok((Update::new(estimate, k * innovation, after)?, distance as f32))
+    Ok((
+        Update::new(estimate, k * innovation, after)?,
+        distance as f32,
+    ))
 }
 
 /// Inverse of a symmetric positive definite matrix, if it is one in correlation scale.
@@ -168,10 +171,7 @@ impl Update {
             return *estimate;
         };
         // Φ from there to here is the inverse of Φ from here to there.
-        let phi = transport(
-            self.pose.x - estimate.pose.x,
-            self.pose.y - estimate.pose.y,
-        );
+        let phi = transport(self.pose.x - estimate.pose.x, self.pose.y - estimate.pose.y);
         let c = estimate.covariance.cast::<f64>();
         let gain = c * phi.transpose() * inverse;
         let c = c + gain * (self.after - self.before) * gain.transpose();

@@ -127,8 +127,8 @@ impl Estimate {
         self.pose.theta += motion.turned.to_f64();
 
         let q_s = noise.translation * motion.variation.translation;
-        let q_a = noise.drift * motion.variation.translation
-            + noise.rotation * motion.variation.rotation;
+        let q_a =
+            noise.drift * motion.variation.translation + noise.rotation * motion.variation.rotation;
         let (sin, cos) = sin_cos(heading + 0.5 * motion.turned.get());
         let phi_s = Vector3::new(cos, sin, 0.0);
         let phi_a = Vector3::new(-0.5 * dy, 0.5 * dx, 1.0);

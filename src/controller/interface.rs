@@ -218,11 +218,7 @@ impl<C> Interface<C> {
     ///
     /// # Errors
     /// [`Refusal::Correction`] if the covariance would not stay symmetric positive semi-definite.
-    pub fn correct_pos(
-        &mut self,
-        shift: Vector3<f64>,
-        gain: &Matrix3<f64>,
-    ) -> Result<(), Refusal> {
+    pub fn correct_pos(&mut self, shift: Vector3<f64>, gain: &Matrix3<f64>) -> Result<(), Refusal> {
         let present = self.present();
         let then = self
             .answered
@@ -314,7 +310,7 @@ impl<C> Interface<C> {
         if geometry && self.snapshot.is_moving() {
             return Err(Refusal::Moving);
         }
-        self.send(Request::Configure(config, geometry))?;
+        self.send(Request::Configure(config))?;
         self.limits = limits;
         Ok(())
     }

@@ -72,8 +72,8 @@ pub enum Request<C> {
     Disable,
     /// Correct the estimate.
     Correct(Correction),
-    /// Take new parameters over; the flag says that the geometry is among them.
-    Configure(Config<C>, bool),
+    /// Take new parameters over.
+    Configure(Config<C>),
 }
 
 /// Why the vehicle was stopped.
@@ -172,6 +172,14 @@ pub struct Snapshot {
     pub fault: Option<Fault>,
     /// The fault's cause persists.
     pub fault_persists: bool,
+}
+
+impl AxisSnapshot {
+    /// s_ref or α_ref, counted as the displacement is.
+    #[must_use]
+    pub fn reference(&self) -> f64 {
+        self.displacement + f64::from(self.error)
+    }
 }
 
 impl Snapshot {
@@ -354,11 +362,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 self.stop(StopReason::Disable, events);
             }
             Request::Correct(correction) => self.estimator.apply(&correction),
-            Request::Configure(config, geometry) => {
+            Request::Configure(config) => {
                 self.estimator.set_noise(config.noise);
-                if geometry {
-                    self.vehicle.configure(&config.vehicle);
-                }
+                self.vehicle.configure(&config.vehicle);
                 self.config = config;
             }
         }

@@ -241,11 +241,18 @@ mod tests {
 
     #[test]
     fn triangle_and_trapezoid_land() {
-        for (d, v, a, seconds) in [(1.0, 0.3, 0.5, 3.9333), (0.1, 1.0, 0.5, 0.8944), (-2.0, 0.5, 1.0, 4.5)] {
+        for (d, v, a, seconds) in [
+            (1.0, 0.3, 0.5, 3.9333),
+            (0.1, 1.0, 0.5, 0.8944),
+            (-2.0, 0.5, 1.0, 4.5),
+        ] {
             let mut profile = Profile::at_rest();
             profile.go(d, v, a);
             let (cycles, travelled) = run(&mut profile, 100_000);
-            assert!((f64::from(cycles) * 1e-3 - seconds).abs() < 1.5e-3, "{d}: {cycles}");
+            assert!(
+                (f64::from(cycles) * 1e-3 - seconds).abs() < 1.5e-3,
+                "{d}: {cycles}"
+            );
             assert!((travelled - f64::from(d)).abs() < 1e-7, "{d}: {travelled}");
         }
     }

@@ -89,7 +89,8 @@ pub fn nearest_positive<const N: usize>(
     if smallest >= 0.0 {
         return Ok(*m);
     }
-    let positive = vectors * SMatrix::from_diagonal(&values.map(|v| v.max(0.0))) * vectors.transpose();
+    let positive =
+        vectors * SMatrix::from_diagonal(&values.map(|v| v.max(0.0))) * vectors.transpose();
     let projected = positive.component_mul(&(d * d.transpose()));
     Ok((projected + projected.transpose()) * 0.5)
 }
@@ -97,7 +98,9 @@ pub fn nearest_positive<const N: usize>(
 /// Eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations.
 ///
 /// A fixed number of sweeps: convergence is quadratic, and six leave nothing above 1e-16 for the 3 to 6 states that occur here.
-fn eigen<const N: usize>(m: &SMatrix<f64, N, N>) -> (nalgebra::SVector<f64, N>, SMatrix<f64, N, N>) {
+fn eigen<const N: usize>(
+    m: &SMatrix<f64, N, N>,
+) -> (nalgebra::SVector<f64, N>, SMatrix<f64, N, N>) {
     const SWEEPS: usize = 8;
     let mut a = *m;
     let mut v = SMatrix::<f64, N, N>::identity();
@@ -110,7 +113,8 @@ fn eigen<const N: usize>(m: &SMatrix<f64, N, N>) -> (nalgebra::SVector<f64, N>, 
                 }
                 // tan 2φ = 2 a_pq / (a_qq − a_pp); the smaller root keeps the rotation below 45°.
                 let tau = (a[(q, q)] - a[(p, p)]) / (2.0 * apq);
-                let t = (if tau < 0.0 { -1.0 } else { 1.0 }) / (tau.abs() + libm::sqrt(1.0 + tau * tau));
+                let t = (if tau < 0.0 { -1.0 } else { 1.0 })
+                    / (tau.abs() + libm::sqrt(1.0 + tau * tau));
                 let c = 1.0 / libm::sqrt(1.0 + t * t);
                 let s = t * c;
                 let mut rotation = SMatrix::<f64, N, N>::identity();

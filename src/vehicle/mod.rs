@@ -72,7 +72,7 @@ pub trait VirtualVehicle {
     /// Everything that parameters decide, in SI units and ready to use.
     type Config: Clone;
 
-    /// Takes a new configuration over. Called at rest only, when geometry changes.
+    /// Takes a new configuration over; what the servos have learned stays. Geometry changes at rest only: the caller sees to it.
     fn configure(&mut self, config: &Self::Config);
 
     /// What one encoder count amounts to: the half-width of the play through which total variations are taken (theory section 3).
@@ -119,19 +119,14 @@ pub struct WheelCommand {
 
 /// One wheel's motor: a PWM bridge behind a [`Servo`], or a motor controller that takes speeds or positions itself.
 pub trait Drive {
-    /// Takes new servo parameters over.
+    /// Takes new servo parameters over; what it has learned stays.
     fn configure(&mut self, config: &servo::Config);
 
     /// Acts on a command until the next one; `supply` in volts, `dt` in seconds. Returns the duty, −1 to 1.
     ///
     /// # Errors
     /// [`OutputError`] if the output refused.
-    fn command(
-        &mut self,
-        command: WheelCommand,
-        supply: f32,
-        dt: f32,
-    ) -> Result<f32, OutputError>;
+    fn command(&mut self, command: WheelCommand, supply: f32, dt: f32) -> Result<f32, OutputError>;
 
     /// Switches the motor off.
     ///

@@ -119,19 +119,11 @@ impl<P: SetDutyCycle, D: OutputPin> Servo<P, D> {
 impl<P: SetDutyCycle, D: OutputPin> Drive for Servo<P, D> {
     fn configure(&mut self, config: &Config) {
         self.config = *config;
-        self.regulator.reset();
     }
 
-    fn command(
-        &mut self,
-        command: WheelCommand,
-        supply: f32,
-        dt: f32,
-    ) -> Result<f32, OutputError> {
+    fn command(&mut self, command: WheelCommand, supply: f32, dt: f32) -> Result<f32, OutputError> {
         let available = supply * self.config.max_duty;
-        let voltage = self
-            .regulator
-            .update(&self.config, command, available, dt);
+        let voltage = self.regulator.update(&self.config, command, available, dt);
         let duty = limit(voltage / supply, self.config.max_duty);
         self.output(duty)?;
         Ok(duty)

@@ -1,0 +1,371 @@
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::path::PathBuf;
+
+use super::replay::replay_scene;
+use super::scene::{HEIGHT, Shape};
+use super::*;
+
+/// A deterministic noise between -1 and 1.
+fn noise(index: usize, channel: u64) -> f64 {
+    let mut bits = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (channel << 17);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (bits >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+fn still(t: f64) -> Row {
+    Row {
+        t,
+        true_x: 0.0,
+        true_y: 0.0,
+        true_theta: 0.0,
+        est_x: 0.0,
+        est_y: 0.0,
+        est_theta: 0.0,
+        cxx: 0.0,
+        cxy: 0.0,
+        cxt: 0.0,
+        cyy: 0.0,
+        cyt: 0.0,
+        ctt: 0.0,
+        s: 0.0,
+        s_ref: 0.0,
+        v_s: 0.0,
+        v_s_ref: 0.0,
+        alpha: 0.0,
+        alpha_ref: 0.0,
+        v_alpha: 0.0,
+        v_alpha_ref: 0.0,
+        move_state: "HOLD".into(),
+        turn_state: "HOLD".into(),
+        left_count: 0,
+        right_count: 0,
+        left_speed: 0.0,
+        right_speed: 0.0,
+        left_duty: 0.0,
+        right_duty: 0.0,
+        left_current: 0.0,
+        right_current: 0.0,
+        battery: 12.0,
+        fault: "none".into(),
+    }
+}
+
+/// Speed and state of a trapezoid over `target` at time `t`.
+fn trapezoid(t: f64, target: f64, top: f64, acceleration: f64) -> (f64, &'static str) {
+    let ramp = top / acceleration;
+    let cruise = (target - top * ramp) / top;
+    if t < 0.0 {
+        (0.0, "HOLD")
+    } else if t < ramp {
+        (acceleration * t, "ACCEL")
+    } else if t < ramp + cruise {
+        (top, "MOVE")
+    } else if t < 2.0 * ramp + cruise {
+        (top - acceleration * (t - ramp - cruise), "DECCEL")
+    } else {
+        (0.0, "HOLD")
+    }
+}
+
+/// A move of `distance` m at 0.5 s, then a turn of `angle` rad.
+fn drive(distance: f64, angle: f64, count: usize, dt: f64) -> Vec<Row> {
+    let mut rows: Vec<Row> = Vec::new();
+    let mut row = still(0.0);
+    let turn_at = if distance > 0.0 { 5.0 } else { 0.5 };
+    let mut heading_ref = 0.0;
+    for index in 0..count {
+        row.t = index as f64 * dt;
+        let (mut v, mut w) = ((0.0, "HOLD"), (0.0, "HOLD"));
+        if distance > 0.0 {
+            v = trapezoid(row.t - 0.5, distance, 0.3, 0.5);
+        }
+        if angle > 0.0 {
+            w = trapezoid(row.t - turn_at, angle, 0.8, 1.6);
+        }
+        row.v_s_ref = v.0;
+        row.v_alpha_ref = w.0;
+        row.v_s = v.0 * 0.98 + 0.006 * noise(index, 1);
+        row.v_alpha = w.0 * 0.97 + 0.02 * noise(index, 2);
+        row.move_state = v.1.into();
+        row.turn_state = w.1.into();
+        heading_ref += w.0 * dt;
+        row.true_theta = heading_ref * 1.03 + 0.02 * row.s;
+        row.true_x += v.0 * dt * row.true_theta.cos();
+        row.true_y += v.0 * dt * row.true_theta.sin();
+        row.est_theta = heading_ref + 0.002 * noise(index, 3);
+        row.est_x += v.0 * dt * heading_ref.cos() * 1.01;
+        row.est_y += v.0 * dt * heading_ref.sin();
+        row.s += v.0 * dt;
+        row.ctt = 1e-5 + 0.0015 * row.s + 0.002 * heading_ref;
+        row.cxx = 1e-6 + 0.0002 * row.s;
+        row.cyy = 1e-6 + 0.0009 * row.s * row.s;
+        row.cxy = 0.0;
+        row.left_duty = 1.2 * v.0 - 0.25 * w.0 + 0.02 * noise(index, 4);
+        row.right_duty = 1.2 * v.0 + 0.25 * w.0 + 0.02 * noise(index, 5);
+        rows.push(row.clone());
+    }
+    rows
+}
+
+fn run() -> Vec<Row> {
+    let mut rows = drive(1.0, FRAC_PI_2, 900, 0.01);
+    for row in &mut rows {
+        if (2.0..2.4).contains(&row.t) {
+            row.fault = "OVERCURRENT".into();
+        }
+        if (2.45..2.47).contains(&row.t) || row.t > 8.9 {
+            row.fault = "BATTERY_LOW".into();
+        }
+    }
+    rows
+}
+
+/// The worst for the size of the file: 100000 rows in which everything is noise.
+fn long() -> Vec<Row> {
+    let mut rows = drive(1.0, FRAC_PI_2, 100_000, 0.01);
+    for (index, row) in rows.iter_mut().enumerate() {
+        let phase = row.t * 0.4;
+        row.true_x = phase.cos() + 0.1 * noise(index, 6);
+        row.true_y = (1.013 * phase).sin() + 0.1 * noise(index, 7);
+        row.true_theta = phase + TAU / 4.0;
+        row.est_x = row.true_x + 0.0001 * row.t;
+        row.est_y = row.true_y + 0.02 * noise(index, 8);
+        row.est_theta = row.true_theta;
+        row.v_s = 0.4 + 0.1 * noise(index, 9);
+        row.left_duty = noise(index, 10);
+        row.right_duty = noise(index, 11);
+        row.move_state = crate::trace::STATES[index / 3 % 4].into();
+        row.fault = ["none", "A", "B"][index / 5 % 3].into();
+    }
+    rows
+}
+
+fn replayed(name: &str, radius: f64) -> ReplayPath {
+    let count = 600;
+    let angle = |i: usize| TAU * 0.8 * i as f64 / count as f64;
+    let pose = |i: usize, drift: f64| {
+        let a = angle(i);
+        let r = radius * (1.0 + drift * a);
+        [r * a.cos(), r * a.sin(), a + FRAC_PI_2 + drift * a]
+    };
+    ReplayPath {
+        name: name.into(),
+        t: (0..count).map(|i| i as f64 * 0.05).collect(),
+        truth: Some((0..count).map(|i| pose(i, 0.0)).collect()),
+        estimated: (0..count).map(|i| pose(i, 0.012)).collect(),
+        covariance: (0..count)
+            .map(|i| {
+                let a = angle(i);
+                [0.001 * a, 0.0004 * a, 0.0, 0.0007 * a, 0.0, 0.0006 * a]
+            })
+            .collect(),
+    }
+}
+
+/// Where `PLOT_SAMPLES` says, or a folder that vanishes.
+fn write(name: &str, draw: impl Fn(&Path) -> anyhow::Result<()>) -> Vec<u8> {
+    let directory = tempfile::tempdir().unwrap();
+    let folder =
+        std::env::var_os("PLOT_SAMPLES").map_or_else(|| directory.path().to_owned(), PathBuf::from);
+    let path = folder.join(name);
+    draw(&path).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+/// Every text is inside the figure and none lies on another.
+fn check_texts(scene: &Scene) {
+    let labels: Vec<_> = scene
+        .shapes
+        .iter()
+        .filter_map(|shape| match shape {
+            Shape::Text(label) => Some(label),
+            _ => None,
+        })
+        .collect();
+    assert!(labels.len() > 20);
+    for (index, label) in labels.iter().enumerate() {
+        let a = label.bounds();
+        assert!(a.width() > 0.0 || label.text.is_empty(), "{label:?}");
+        let inside = a.x0 >= 2.0
+            && a.y0 >= 2.0
+            && a.x1 <= f64::from(WIDTH) - 2.0
+            && a.y1 <= f64::from(HEIGHT) - 2.0;
+        assert!(inside, "{label:?} is clipped");
+        for other in &labels[..index] {
+            let b = other.bounds();
+            let apart = a.x1 <= b.x0 || b.x1 <= a.x0 || a.y1 <= b.y0 || b.y1 <= a.y0;
+            assert!(apart, "{label:?} lies on {other:?}");
+        }
+    }
+}
+
+#[test]
+fn texts_neither_overlap_nor_leave_the_figure() {
+    let mut far = drive(1.0, 0.0, 500, 0.01);
+    for row in &mut far {
+        row.t += 1.7e9;
+        row.true_x += 123_456.0;
+        row.est_x += 123_456.0;
+        row.true_y -= 7e6;
+        row.est_y -= 7e6;
+    }
+    let title = "1 m forward, then 90° to the left";
+    for rows in [
+        run(),
+        long(),
+        far,
+        vec![still(3.0)],
+        drive(0.0, FRAC_PI_2, 500, 0.01),
+    ] {
+        check_texts(&trace_scene(&rows, title).unwrap());
+    }
+    check_texts(&trace_scene(&run(), &"a very long title ".repeat(40)).unwrap());
+    let many: Vec<_> = (0..9)
+        .map(|i| replayed(&format!("log-{i}-with-a-long-name"), 1.0 + 0.1 * i as f64))
+        .collect();
+    check_texts(&replay_scene(&many[..1], title).unwrap());
+    check_texts(&replay_scene(&many, title).unwrap());
+}
+
+#[test]
+fn svg_has_its_legends() {
+    let bytes = write("run.svg", |path| plot(&run(), "move <1 m> & turn", path));
+    let text = String::from_utf8(bytes).unwrap().replace('\n', "");
+    assert!(text.starts_with("<svg width=\"1400\" height=\"1000\""));
+    assert!(text.ends_with("</svg>"));
+    let words = [
+        "move &lt;1 m&gt; &amp; turn",
+        "true path",
+        "estimated path",
+        "95 % ellipse of estimate",
+        "start",
+        "end",
+        ">HOLD<",
+        ">ACCEL<",
+        ">MOVE<",
+        ">DECCEL<",
+        "translation speed v_s",
+        "reference v_s_ref",
+        "rotation speed v_alpha",
+        "reference v_alpha_ref",
+        "left duty",
+        "right duty",
+        "fault: OVERCURRENT, BATTERY_LOW",
+        ">OVERCURRENT<",
+        ">BATTERY_LOW<",
+        "speed [m/s]",
+        "speed [°/s]",
+        "x [m]",
+        "y [m]",
+        "time t [s]",
+    ];
+    for word in words {
+        assert!(text.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn png_has_its_magic_and_size() {
+    for name in ["run.png", "run-capitals.PNG"] {
+        let bytes = write(name, |path| {
+            plot(&run(), "1 m forward, then 90° to the left", path)
+        });
+        assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
+        assert_eq!(bytes[16..20], 1400u32.to_be_bytes());
+        assert_eq!(bytes[20..24], 1000u32.to_be_bytes());
+    }
+}
+
+#[test]
+fn figures_are_deterministic() {
+    for name in ["twice.svg", "twice.PNG"] {
+        let draw = |path: &Path| plot(&run(), "twice", path);
+        assert!(write(name, draw) == write(name, draw), "{name}");
+    }
+}
+
+#[test]
+fn long_traces_make_small_files() {
+    let rows = long();
+    for name in ["long.svg", "long.png"] {
+        let bytes = write(name, |path| plot(&rows, "100000 rows of noise", path));
+        assert!(bytes.len() < 2_000_000, "{name}: {} bytes", bytes.len());
+    }
+}
+
+#[test]
+fn special_paths_can_be_drawn() {
+    write("straight.png", |path| {
+        plot(&drive(1.0, 0.0, 500, 0.01), "straight line", path)
+    });
+    write("rotation.png", |path| {
+        plot(&drive(0.0, FRAC_PI_2, 400, 0.01), "rotation in place", path)
+    });
+    write("single.png", |path| plot(&[still(3.0)], "single row", path));
+    let mut unsure = drive(1.0, 0.0, 500, 0.01);
+    for row in &mut unsure {
+        row.cxx += 0.5;
+        row.cyy += 40.0;
+    }
+    write("unsure.png", |path| plot(&unsure, "very uncertain", path));
+}
+
+#[test]
+fn replays_can_be_drawn() {
+    let one = [replayed("one", 1.0)];
+    write("replay-one.png", |path| {
+        plot_replay(&one, "replay of one.log", path)
+    });
+    let mut several: Vec<_> = (0..4)
+        .map(|i| replayed(&format!("log {i}"), 1.0 + 0.3 * f64::from(i)))
+        .collect();
+    several[3].truth = None;
+    several[2].t.clear();
+    write("replay-four.png", |path| {
+        plot_replay(&several, "four logs", path)
+    });
+    let mut bare = replayed("bare", 1.0);
+    bare.truth = None;
+    bare.covariance.clear();
+    let bytes = write("replay-bare.svg", |path| {
+        plot_replay(&[bare.clone()], "bare", path)
+    });
+    let text = String::from_utf8(bytes).unwrap();
+    assert!(text.contains("neither truth nor covariance"));
+    assert!(!text.contains("true path"));
+}
+
+#[test]
+fn bad_requests_are_refused() {
+    let message = |result: anyhow::Result<()>| format!("{:#}", result.unwrap_err());
+    let rows = run();
+    for name in ["figure.pdf", "figure"] {
+        assert_eq!(
+            message(plot(&rows, "", Path::new(name))),
+            format!("{name}: a figure must be named *.svg or *.png")
+        );
+    }
+    assert_eq!(message(plot(&[], "", Path::new("a.svg"))), "no row to plot");
+    for name in ["/nowhere/a.svg", "/nowhere/a.png"] {
+        let text = message(plot(&rows, "", Path::new(name)));
+        assert!(
+            text.starts_with(&format!("cannot write the figure {name}: ")),
+            "{text}"
+        );
+        assert!(text.contains("No such file"), "{text}");
+    }
+    let mut bad = still(1.5);
+    bad.est_y = f64::INFINITY;
+    assert_eq!(
+        message(plot(&[bad], "", Path::new("a.svg"))),
+        "the row at t = 1.5 s has a number that is not finite"
+    );
+    let mut short = replayed("short", 1.0);
+    short.covariance.pop();
+    assert_eq!(
+        message(plot_replay(&[short], "", Path::new("a.svg"))),
+        "path `short` has 600 estimated poses but 599 covariances"
+    );
+    assert!(plot_replay(&[], "", Path::new("a.svg")).is_err());
+}

@@ -1,0 +1,485 @@
+//! The trace of a run: one CSV row per sample, in SI units and radians.
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::{Context, anyhow, bail, ensure};
+use serde::{Deserialize, Serialize};
+
+/// The columns, in the order of the file.
+pub const COLUMNS: [&str; 33] = [
+    "t",
+    "true_x",
+    "true_y",
+    "true_theta",
+    "est_x",
+    "est_y",
+    "est_theta",
+    "cxx",
+    "cxy",
+    "cxt",
+    "cyy",
+    "cyt",
+    "ctt",
+    "s",
+    "s_ref",
+    "v_s",
+    "v_s_ref",
+    "alpha",
+    "alpha_ref",
+    "v_alpha",
+    "v_alpha_ref",
+    "move_state",
+    "turn_state",
+    "left_count",
+    "right_count",
+    "left_speed",
+    "right_speed",
+    "left_duty",
+    "right_duty",
+    "left_current",
+    "right_current",
+    "battery",
+    "fault",
+];
+
+/// The names of the states of an axis.
+pub const STATES: [&str; 4] = ["HOLD", "ACCEL", "MOVE", "DECCEL"];
+
+/// One sample of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Time since the start of the run, s.
+    pub t: f64,
+    /// True position along x, m.
+    pub true_x: f64,
+    /// True position along y, m.
+    pub true_y: f64,
+    /// True heading, rad.
+    pub true_theta: f64,
+    /// Estimated position along x, m.
+    pub est_x: f64,
+    /// Estimated position along y, m.
+    pub est_y: f64,
+    /// Estimated heading, rad.
+    pub est_theta: f64,
+    /// Variance of the estimated x, m².
+    pub cxx: f64,
+    /// Covariance of the estimated x and y, m².
+    pub cxy: f64,
+    /// Covariance of the estimated x and heading, m·rad.
+    pub cxt: f64,
+    /// Variance of the estimated y, m².
+    pub cyy: f64,
+    /// Covariance of the estimated y and heading, m·rad.
+    pub cyt: f64,
+    /// Variance of the estimated heading, rad².
+    pub ctt: f64,
+    /// Distance travelled, m.
+    pub s: f64,
+    /// Reference of the distance travelled, m.
+    pub s_ref: f64,
+    /// Translation speed, m/s.
+    pub v_s: f64,
+    /// Reference of the translation speed, m/s.
+    pub v_s_ref: f64,
+    /// Angle turned, rad.
+    pub alpha: f64,
+    /// Reference of the angle turned, rad.
+    pub alpha_ref: f64,
+    /// Rotation speed, rad/s.
+    pub v_alpha: f64,
+    /// Reference of the rotation speed, rad/s.
+    pub v_alpha_ref: f64,
+    /// State of the translation axis: one of [`STATES`], no unit.
+    pub move_state: String,
+    /// State of the rotation axis: one of [`STATES`], no unit.
+    pub turn_state: String,
+    /// Count of the left encoder, encoder counts.
+    pub left_count: i64,
+    /// Count of the right encoder, encoder counts.
+    pub right_count: i64,
+    /// Speed of the left wheel, rad/s.
+    pub left_speed: f64,
+    /// Speed of the right wheel, rad/s.
+    pub right_speed: f64,
+    /// Duty of the left motor, -1 to 1, no unit.
+    pub left_duty: f64,
+    /// Duty of the right motor, -1 to 1, no unit.
+    pub right_duty: f64,
+    /// Current of the left motor, A.
+    pub left_current: f64,
+    /// Current of the right motor, A.
+    pub right_current: f64,
+    /// Voltage of the battery, V.
+    pub battery: f64,
+    /// Name of the fault, or `none`; no unit.
+    pub fault: String,
+}
+
+impl Row {
+    /// The cells of the row, in the order of [`COLUMNS`].
+    fn cells(&self) -> [String; COLUMNS.len()] {
+        [
+            format!("{:.6}", positive_zero(self.t)),
+            compact(self.true_x),
+            compact(self.true_y),
+            compact(self.true_theta),
+            compact(self.est_x),
+            compact(self.est_y),
+            compact(self.est_theta),
+            compact(self.cxx),
+            compact(self.cxy),
+            compact(self.cxt),
+            compact(self.cyy),
+            compact(self.cyt),
+            compact(self.ctt),
+            compact(self.s),
+            compact(self.s_ref),
+            compact(self.v_s),
+            compact(self.v_s_ref),
+            compact(self.alpha),
+            compact(self.alpha_ref),
+            compact(self.v_alpha),
+            compact(self.v_alpha_ref),
+            self.move_state.clone(),
+            self.turn_state.clone(),
+            self.left_count.to_string(),
+            self.right_count.to_string(),
+            compact(self.left_speed),
+            compact(self.right_speed),
+            compact(self.left_duty),
+            compact(self.right_duty),
+            compact(self.left_current),
+            compact(self.right_current),
+            compact(self.battery),
+            self.fault.clone(),
+        ]
+    }
+}
+
+/// A negative zero would make two equal runs differ in their text.
+fn positive_zero(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value }
+}
+
+/// Nine significant digits: below a micrometre in a kilometre, and still short.
+fn compact(value: f64) -> String {
+    let rounded = format!("{value:.8e}").parse().unwrap_or(value);
+    positive_zero(rounded).to_string()
+}
+
+/// Whether the cell suits its column; the error says what it should be.
+fn check_cell(column: &str, cell: &str) -> anyhow::Result<()> {
+    let problem = match column {
+        "move_state" | "turn_state" => (!STATES.contains(&cell)).then_some("is not a state"),
+        "left_count" | "right_count" => cell.parse::<i64>().err().map(|_| "is not an integer"),
+        "fault" => cell.is_empty().then_some("is not a fault's name or `none`"),
+        _ => match cell.parse::<f64>() {
+            Ok(number) if number.is_finite() => None,
+            Ok(_) => Some("is not a finite number"),
+            Err(_) => Some("is not a number"),
+        },
+    };
+    problem.map_or(Ok(()), |problem| {
+        Err(anyhow!("column `{column}`: `{cell}` {problem}"))
+    })
+}
+
+/// Writes a trace.
+pub struct Writer<W: Write> {
+    csv: csv::Writer<W>,
+    has_header: bool,
+}
+
+impl<W: Write> Writer<W> {
+    /// A writer of a trace into `sink`, which it buffers.
+    pub fn new(sink: W) -> Self {
+        Self {
+            csv: csv::Writer::from_writer(sink),
+            has_header: false,
+        }
+    }
+
+    fn write_header(&mut self) -> anyhow::Result<()> {
+        if !self.has_header {
+            self.csv.write_record(COLUMNS)?;
+            self.has_header = true;
+        }
+        Ok(())
+    }
+
+    /// Appends a row.
+    ///
+    /// # Errors
+    ///
+    /// A cell that [`read`] would refuse (a number that is not finite, an unknown state), or a failure to write.
+    pub fn write(&mut self, row: &Row) -> anyhow::Result<()> {
+        self.write_header()?;
+        let cells = row.cells();
+        for (column, cell) in COLUMNS.iter().zip(&cells) {
+            check_cell(column, cell).with_context(|| format!("trace row at t = {} s", row.t))?;
+        }
+        self.csv
+            .write_record(&cells)
+            .context("cannot write the trace")
+    }
+
+    /// Writes what is still buffered and gives the sink back.
+    ///
+    /// # Errors
+    ///
+    /// A failure to write.
+    pub fn finish(mut self) -> anyhow::Result<W> {
+        self.write_header()?;
+        let mut sink = self
+            .csv
+            .into_inner()
+            .map_err(|error| anyhow!("cannot write the trace: {}", error.error()))?;
+        sink.flush().context("cannot write the trace")?;
+        Ok(sink)
+    }
+}
+
+/// Reads a whole trace; columns may stand in any order and others are ignored.
+///
+/// # Errors
+///
+/// A file that cannot be read, a missing column, a cell that does not suit its column, a time before that of the
+/// previous row, or no row at all. The message starts with the file and, where it applies, the line.
+pub fn read(path: &Path) -> anyhow::Result<Vec<Row>> {
+    let name = path.display();
+    let mut csv = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        // Rows of another length are reported below, with the words of this format.
+        .flexible(true)
+        .from_path(path)
+        .with_context(|| format!("{name}: cannot open the trace"))?;
+    let header = csv
+        .headers()
+        .with_context(|| format!("{name}:1: cannot read the header"))?
+        .clone();
+    ensure!(!header.is_empty(), "{name}: the trace is empty");
+    for column in COLUMNS {
+        let count = header.iter().filter(|found| *found == column).count();
+        ensure!(count > 0, "{name}:1: column `{column}` is missing");
+        ensure!(count == 1, "{name}:1: column `{column}` appears twice");
+    }
+    let mut rows: Vec<Row> = Vec::new();
+    for record in csv.records() {
+        let record = record.map_err(|error| {
+            let line = error.position().map_or(0, csv::Position::line);
+            anyhow!("{name}:{line}: {error}")
+        })?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let row = parse_row(&header, &record, rows.last())
+            .map_err(|error| anyhow!("{name}:{line}: {error:#}"))?;
+        rows.push(row);
+    }
+    ensure!(!rows.is_empty(), "{name}: the trace has no row");
+    Ok(rows)
+}
+
+fn parse_row(
+    header: &csv::StringRecord,
+    record: &csv::StringRecord,
+    previous: Option<&Row>,
+) -> anyhow::Result<Row> {
+    if record.len() != header.len() {
+        bail!("{} cells instead of {}", record.len(), header.len());
+    }
+    for (column, cell) in header.iter().zip(record) {
+        if COLUMNS.contains(&column) {
+            check_cell(column, cell)?;
+        }
+    }
+    let row: Row = record.deserialize(Some(header))?;
+    if let Some(previous) = previous {
+        ensure!(
+            row.t >= previous.t,
+            "column `t`: {} is before {} of the previous row",
+            row.t,
+            previous.t
+        );
+    }
+    Ok(row)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(t: f64) -> Row {
+        let mut csv = csv::Reader::from_reader("".as_bytes());
+        csv.set_headers(csv::StringRecord::from(COLUMNS.to_vec()));
+        let cells: Vec<String> = COLUMNS
+            .iter()
+            .enumerate()
+            .map(|(index, column)| match *column {
+                "move_state" => "ACCEL".into(),
+                "turn_state" => "HOLD".into(),
+                "fault" => "none".into(),
+                "left_count" | "right_count" => (-7 - index as i64).to_string(),
+                _ => (index as f64 * 0.125).to_string(),
+            })
+            .collect();
+        let record = csv::StringRecord::from(cells);
+        let header = csv::StringRecord::from(COLUMNS.to_vec());
+        let mut row: Row = record.deserialize(Some(&header)).unwrap();
+        row.t = t;
+        row
+    }
+
+    fn text(rows: &[Row]) -> String {
+        let mut writer = Writer::new(Vec::new());
+        for row in rows {
+            writer.write(row).unwrap();
+        }
+        String::from_utf8(writer.finish().unwrap()).unwrap()
+    }
+
+    fn read_text(text: &str) -> anyhow::Result<Vec<Row>> {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("trace.csv");
+        std::fs::write(&path, text).unwrap();
+        read(&path)
+    }
+
+    /// The message without the folder.
+    fn error(text: &str) -> String {
+        let message = format!("{:#}", read_text(text).unwrap_err());
+        message[message.find("trace.csv").unwrap()..].to_owned()
+    }
+
+    fn replace(line: usize, column: &str, cell: &str) -> String {
+        let good = text(&[row(0.0), row(0.01), row(0.02)]);
+        let index = COLUMNS.iter().position(|name| *name == column).unwrap();
+        let lines: Vec<String> = good
+            .lines()
+            .enumerate()
+            .map(|(number, content)| {
+                let mut cells: Vec<&str> = content.split(',').collect();
+                if number + 1 == line {
+                    cells[index] = cell;
+                }
+                cells.join(",")
+            })
+            .collect();
+        lines.join("\n")
+    }
+
+    #[test]
+    fn rows_come_back_as_written() {
+        let mut second = row(0.01);
+        second.true_x = -1.234_567_89e-7;
+        second.cxx = 1e-12;
+        second.fault = "overcurrent, left".into();
+        second.left_count = i64::MIN;
+        let rows = [row(0.0), second];
+        assert_eq!(read_text(&text(&rows)).unwrap(), rows);
+    }
+
+    #[test]
+    fn serde_writes_the_same_header() {
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        csv.serialize(row(0.0)).unwrap();
+        let serialized = String::from_utf8(csv.into_inner().unwrap()).unwrap();
+        assert_eq!(serialized.lines().next(), text(&[]).lines().next());
+        assert_eq!(text(&[]).trim_end(), COLUMNS.join(","));
+    }
+
+    #[test]
+    fn numbers_are_compact() {
+        assert_eq!(compact(0.1 + 0.2), "0.3");
+        assert_eq!(compact(-0.0), "0");
+        assert_eq!(compact(-1_234.567_891_234), "-1234.56789");
+        assert_eq!(compact(2e-10), "0.0000000002");
+        assert!(
+            text(&[row(1.0 / 3.0)])
+                .lines()
+                .nth(1)
+                .unwrap()
+                .starts_with("0.333333,0.125,")
+        );
+    }
+
+    #[test]
+    fn bad_cells_are_located() {
+        let cases = [
+            (
+                3,
+                "cxx",
+                "abc",
+                "trace.csv:3: column `cxx`: `abc` is not a number",
+            ),
+            (
+                2,
+                "v_s",
+                "",
+                "trace.csv:2: column `v_s`: `` is not a number",
+            ),
+            (
+                4,
+                "battery",
+                "inf",
+                "trace.csv:4: column `battery`: `inf` is not a finite number",
+            ),
+            (
+                2,
+                "est_x",
+                "NaN",
+                "trace.csv:2: column `est_x`: `NaN` is not a finite number",
+            ),
+            (
+                2,
+                "left_count",
+                "1.5",
+                "trace.csv:2: column `left_count`: `1.5` is not an integer",
+            ),
+            (
+                4,
+                "turn_state",
+                "STOP",
+                "trace.csv:4: column `turn_state`: `STOP` is not a state",
+            ),
+            (
+                4,
+                "t",
+                "0.005",
+                "trace.csv:4: column `t`: 0.005 is before 0.01 of the previous row",
+            ),
+        ];
+        for (line, column, cell, message) in cases {
+            assert_eq!(error(&replace(line, column, cell)), message);
+        }
+    }
+
+    #[test]
+    fn bad_shapes_are_located() {
+        assert_eq!(
+            error(&replace(1, "cyy", "other")),
+            "trace.csv:1: column `cyy` is missing"
+        );
+        assert_eq!(
+            error(&replace(1, "cyy", "cxx")),
+            "trace.csv:1: column `cxx` appears twice"
+        );
+        assert_eq!(error(""), "trace.csv: the trace is empty");
+        assert_eq!(error(&text(&[])), "trace.csv: the trace has no row");
+        let short = text(&[row(0.0)]) + "1,2,3\n";
+        assert_eq!(error(&short), "trace.csv:3: 3 cells instead of 33");
+        let missing = read(Path::new("/nowhere/trace.csv")).unwrap_err();
+        assert!(format!("{missing}").starts_with("/nowhere/trace.csv: cannot open"));
+    }
+
+    #[test]
+    fn writer_refuses_what_the_reader_would() {
+        let mut bad = row(0.5);
+        bad.v_s = f64::NAN;
+        let message = format!("{:#}", Writer::new(Vec::new()).write(&bad).unwrap_err());
+        assert_eq!(
+            message,
+            "trace row at t = 0.5 s: column `v_s`: `NaN` is not a finite number"
+        );
+    }
+}

@@ -1,0 +1,494 @@
+//! Top layer: the serial protocol. Bytes in, bytes out, no I/O inside [C §3].
+//!
+//! [`Interpreter::receive`] takes bytes as they come, [`Interpreter::poll`] carries commands out on an [`Interface`] and writes replies, events and
+//! telemetry into a buffer, [`Interpreter::transmit`] takes them out of it. A reply, an event or a telemetry line is written whole or not yet.
+
+pub mod command;
+mod crc;
+mod error;
+mod keyword;
+mod line;
+pub mod number;
+mod reply;
+mod telemetry;
+mod text;
+
+pub use error::Error;
+pub use text::MAX_LINE;
+
+use crate::controller::{AxisCommand, CorrectionError, Event, Interface, Refusal, Snapshot};
+use crate::params::{DEGREES, Id, Kind, ParamError, Params, radians};
+use crate::time::Duration;
+use crate::vehicle::differential;
+use command::{Command, MotionArgs};
+use heapless::Deque;
+use keyword::Keyword;
+use line::Reader;
+use telemetry::Stream;
+use text::Text;
+
+/// Version of the protocol.
+pub const PROTOCOL_VERSION: u32 = 1;
+
+/// The desk that the interpreter works on.
+pub type Desk = Interface<differential::Config>;
+
+/// So many lines may wait for their replies.
+const MAX_UNANSWERED: usize = 4;
+/// So many further ones are remembered, to be answered `busy` in their turn. Beyond that [`Interpreter::can_receive`] is false.
+const MAX_BUSY: usize = 32;
+/// The output buffer: room for four of the longest lines.
+const OUTPUT: usize = 1028;
+
+/// How a line wants to be answered.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Address {
+    tag: Option<u16>,
+    check: bool,
+}
+
+/// A line that waits for its reply.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    address: Address,
+    command: Result<Command, Error>,
+}
+
+/// What a base says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// What it runs on, for Version.
+    pub target: &'static str,
+    /// Why it started, for the boot event.
+    pub reset_cause: &'static str,
+    /// The nominal period of its tick.
+    pub period: Duration,
+}
+
+/// The command interpreter.
+#[derive(Clone, Debug)]
+pub struct Interpreter {
+    identity: Identity,
+    params: Params,
+    defaults: Params,
+    reader: Reader,
+    waiting: Deque<Waiting, MAX_UNANSWERED>,
+    busy: Deque<Address, MAX_BUSY>,
+    events: Deque<Event, 8>,
+    output: Deque<u8, OUTPUT>,
+    stream: Stream,
+    /// The next parameter of a list under way.
+    listing: Option<usize>,
+    boot_told: bool,
+    last_move: AxisCommand,
+    last_turn: AxisCommand,
+    /// v and a of the last move and turn are the parameters' until a command gives others.
+    given: [[bool; 2]; 2],
+}
+
+impl Interpreter {
+    /// An interpreter for a base with the given parameters, which are also what ResetParams returns to.
+    #[must_use]
+    pub fn new(identity: Identity, params: Params) -> Self {
+        let mut interpreter = Self {
+            identity,
+            params,
+            defaults: params,
+            reader: Reader::default(),
+            waiting: Deque::new(),
+            busy: Deque::new(),
+            events: Deque::new(),
+            output: Deque::new(),
+            stream: Stream::default(),
+            listing: None,
+            boot_told: false,
+            last_move: NOWHERE,
+            last_turn: NOWHERE,
+            given: [[false; 2]; 2],
+        };
+        interpreter.take_motion_defaults();
+        interpreter
+    }
+
+    /// The parameters in force.
+    #[must_use]
+    pub fn params(&self) -> &Params {
+        &self.params
+    }
+
+    /// True if a byte can be taken in. False only while more than 36 lines wait; leave the bytes where they are until then.
+    #[must_use]
+    pub fn can_receive(&self) -> bool {
+        !self.busy.is_full()
+    }
+
+    /// Takes in a byte.
+    pub fn receive(&mut self, byte: u8) {
+        if !self.reader.push(byte) {
+            return;
+        }
+        let frame = self.reader.frame();
+        let required = self.params.is_on(Id::RequireCrc);
+        let address = Address {
+            tag: frame.tag,
+            check: frame.has_check || required,
+        };
+        if self.waiting.len() + self.busy.len() >= MAX_UNANSWERED {
+            // `can_receive` says when there is no room; a caller that does not ask loses the line.
+            let _ = self.busy.push_back(address);
+        } else {
+            let command = frame.body.and_then(|body| {
+                let command = command::parse(body);
+                let stops = matches!(command, Ok(Command::Plain(Keyword::Stop | Keyword::EStop)));
+                if required && !frame.has_check && !stops {
+                    Err(Error::Checksum)
+                } else {
+                    command
+                }
+            });
+            // There is room: fewer than four wait.
+            let _ = self.waiting.push_back(Waiting { address, command });
+        }
+        self.reader.clear();
+    }
+
+    /// Takes in an event of the control loop.
+    pub fn notify(&mut self, event: Event) {
+        if self.events.is_full() {
+            self.events.pop_front();
+        }
+        let _ = self.events.push_back(event);
+    }
+
+    /// Takes out a byte to send.
+    pub fn transmit(&mut self) -> Option<u8> {
+        self.output.pop_front()
+    }
+
+    /// Does what can be done now: tells events, carries commands out, sends telemetry. Call it after each update of the desk, and whenever bytes
+    /// came in or went out.
+    pub fn poll(&mut self, desk: &mut Desk) {
+        if !self.boot_told && self.has_room() {
+            self.boot_told = true;
+            let mut text = Text::default();
+            text.str("! boot").word(self.identity.reset_cause);
+            self.send(text);
+        }
+        while self.has_room()
+            && let Some(event) = self.events.pop_front()
+        {
+            let mut text = Text::default();
+            reply::event(&mut text, &event);
+            self.send(text);
+        }
+        while self.has_room() && self.answer_next(desk) {}
+        if self.stream.is_due(desk.snapshot().time) {
+            self.tell(desk.snapshot());
+        }
+    }
+
+    /// Answers one line, or goes on with a list; false if there is nothing to do or the desk is not ready.
+    fn answer_next(&mut self, desk: &mut Desk) -> bool {
+        if let Some(next) = self.listing {
+            let mut text = Text::default();
+            match Id::ALL.get(next) {
+                Some(id) => {
+                    reply::param_row(&mut text, &self.params, *id);
+                    self.send(text);
+                    self.listing = Some(next + 1);
+                }
+                None => self.listing = None,
+            }
+            return true;
+        }
+        if !desk.is_idle() {
+            return false;
+        }
+        if let Some(Waiting { address, command }) = self.waiting.pop_front() {
+            let mut text = begin(address);
+            if let Err(error) = command.and_then(|command| self.execute(desk, &command, &mut text))
+            {
+                text = begin(address);
+                error.write(&mut text);
+            }
+            self.send_with(text, address.check);
+            return true;
+        }
+        if let Some(address) = self.busy.pop_front() {
+            let mut text = begin(address);
+            Error::Busy.write(&mut text);
+            self.send_with(text, address.check);
+            return true;
+        }
+        false
+    }
+
+    fn execute(
+        &mut self,
+        desk: &mut Desk,
+        command: &Command,
+        text: &mut Text,
+    ) -> Result<(), Error> {
+        match *command {
+            Command::Move(args) => {
+                let command = self.complete(self.last_move, args);
+                desk.move_by(command)
+                    .map_err(|r| refuse_motion(&r, 1.0, "m"))?;
+                self.last_move = command;
+                self.note_given(0, args);
+            }
+            Command::Turn(args) => {
+                let command = self.complete(self.last_turn, args);
+                desk.turn_by(command)
+                    .map_err(|r| refuse_motion(&r, DEGREES, "deg"))?;
+                self.last_turn = command;
+                self.note_given(1, args);
+            }
+            Command::CorrectPos(shift, gain) => desk.correct_pos(shift, &gain).map_err(refuse)?,
+            Command::ResetPos(pose, covariance) => {
+                desk.reset_pos(pose, &covariance).map_err(refuse)?;
+            }
+            Command::Observe(observation, age) => {
+                let gate = self.params.get(Id::Gate);
+                let distance = desk.observe(&observation, age, gate).map_err(refuse)?;
+                text.str("Observed").fixed(f64::from(distance), 6);
+                return Ok(());
+            }
+            Command::Stream(period, fields) => self.stream.set(period, fields),
+            Command::Help(entry) => {
+                help(text, entry);
+                return Ok(());
+            }
+            Command::GetParam(id) => {
+                reply::param(text, &self.params, id);
+                return Ok(());
+            }
+            Command::SetParam(id, value) => {
+                let mut params = self.params;
+                params.set(id, value).map_err(refuse_param)?;
+                let geometry = matches!(id.spec().kind, Kind::Geometry | Kind::Wiring);
+                self.take_params(desk, params, geometry)?;
+            }
+            Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
+        }
+        text.str("OK");
+        Ok(())
+    }
+
+    fn execute_plain(
+        &mut self,
+        desk: &mut Desk,
+        keyword: Keyword,
+        text: &mut Text,
+    ) -> Result<(), Error> {
+        match keyword {
+            Keyword::GetEstPos => reply::est_pos(text, &desk.get_est_pos()),
+            Keyword::GetEstSpeed => reply::est_speed(text, desk.snapshot()),
+            Keyword::GetStatus => reply::status(text, desk.snapshot()),
+            Keyword::GetState => reply::state(text, desk.snapshot()),
+            Keyword::GetTime => reply::time(text, desk.snapshot()),
+            Keyword::GetBattery => reply::battery(text, desk.snapshot()),
+            Keyword::GetWheels => reply::wheels(text, desk.snapshot()),
+            Keyword::Version => {
+                text.str("Version")
+                    .word(env!("CARGO_PKG_NAME"))
+                    .word(env!("CARGO_PKG_VERSION"))
+                    .word(self.identity.target)
+                    .integer(i64::from(PROTOCOL_VERSION));
+            }
+            Keyword::ListParams => {
+                text.str("Params").integer(Id::COUNT as i64);
+                self.listing = Some(0);
+            }
+            Keyword::SaveParams if desk.snapshot().is_moving() => return Err(Error::Moving),
+            Keyword::SaveParams | Keyword::LoadParams => return Err(Error::Storage),
+            _ => {
+                self.act(desk, keyword)?;
+                text.str("OK");
+            }
+        }
+        Ok(())
+    }
+
+    /// Commands without parameters that are answered `OK`.
+    fn act(&mut self, desk: &mut Desk, keyword: Keyword) -> Result<(), Error> {
+        match keyword {
+            Keyword::Stop => desk.stop().map_err(refuse),
+            Keyword::EStop => desk.emergency_stop().map_err(refuse),
+            Keyword::ClearFault => desk.clear_fault().map_err(refuse),
+            Keyword::Enable => desk.enable().map_err(refuse),
+            Keyword::Disable => desk.disable().map_err(refuse),
+            Keyword::ResetParams => self.take_params(desk, self.defaults, true),
+            // Those with parameters never come here: they are commands of their own.
+            _ => Err(Error::Syntax("unknown command, try Help")),
+        }
+    }
+
+    fn take_params(
+        &mut self,
+        desk: &mut Desk,
+        params: Params,
+        geometry: bool,
+    ) -> Result<(), Error> {
+        let config = params.build(self.identity.period);
+        desk.configure(config, params.limits(), geometry)
+            .map_err(refuse)?;
+        self.params = params;
+        self.take_motion_defaults();
+        Ok(())
+    }
+
+    /// v and a that no command has given yet are the parameters'.
+    fn take_motion_defaults(&mut self) {
+        let params = &self.params;
+        let defaults = [
+            [params.get(Id::MoveSpeed), params.get(Id::MoveAccel)],
+            [
+                radians(params.get(Id::TurnSpeed)),
+                radians(params.get(Id::TurnAccel)),
+            ],
+        ];
+        let axes = [&mut self.last_move, &mut self.last_turn];
+        for ((last, given), [speed, acceleration]) in axes.into_iter().zip(self.given).zip(defaults)
+        {
+            let [speed_given, acceleration_given] = given;
+            if !speed_given {
+                last.speed = speed;
+            }
+            if !acceleration_given {
+                last.acceleration = acceleration;
+            }
+        }
+    }
+
+    fn note_given(&mut self, axis: usize, args: MotionArgs) {
+        if let Some([speed, acceleration]) = self.given.get_mut(axis) {
+            *speed |= args.speed.is_some();
+            *acceleration |= args.acceleration.is_some();
+        }
+    }
+
+    fn complete(&self, last: AxisCommand, args: MotionArgs) -> AxisCommand {
+        AxisCommand {
+            distance: args.distance.unwrap_or(last.distance),
+            speed: args.speed.unwrap_or(last.speed),
+            acceleration: args.acceleration.unwrap_or(last.acceleration),
+        }
+    }
+
+    fn tell(&mut self, snapshot: &Snapshot) {
+        if self.has_room() {
+            let mut text = Text::default();
+            self.stream.write(&mut text, snapshot);
+            self.send(text);
+        } else {
+            self.stream.dropped = self.stream.dropped.saturating_add(1);
+        }
+    }
+
+    fn has_room(&self) -> bool {
+        OUTPUT - self.output.len() >= MAX_LINE + 2
+    }
+
+    fn send(&mut self, text: Text) {
+        let check = self.params.is_on(Id::RequireCrc);
+        self.send_with(text, check);
+    }
+
+    fn send_with(&mut self, text: Text, check: bool) {
+        for byte in text.finish(check) {
+            // There is room: it was asked for.
+            let _ = self.output.push_back(byte);
+        }
+    }
+}
+
+/// d before any command.
+const NOWHERE: AxisCommand = AxisCommand {
+    distance: 0.0,
+    speed: 0.0,
+    acceleration: 1.0,
+};
+
+fn begin(address: Address) -> Text {
+    let mut text = Text::default();
+    if let Some(tag) = address.tag {
+        text.byte(b'@');
+        number::integer(&mut text, i64::from(tag));
+        text.byte(b' ');
+    }
+    text
+}
+
+fn help(text: &mut Text, entry: Option<keyword::Entry>) {
+    text.str("Help");
+    if let Some(entry) = entry {
+        text.word(entry.short.unwrap_or(entry.name));
+        if entry.short.is_some() {
+            text.str(" or ").str(entry.name);
+        }
+        text.word(entry.help);
+        return;
+    }
+    for entry in keyword::ALL {
+        text.word(entry.name);
+    }
+}
+
+fn refuse_param(error: ParamError) -> Error {
+    match error {
+        ParamError::Range(id) => {
+            let spec = id.spec();
+            Error::Range {
+                name: spec.name,
+                min: spec.min,
+                max: spec.max,
+                unit: spec.unit,
+            }
+        }
+        ParamError::Conflict(small, large) => Error::Order(small.spec().name, large.spec().name),
+    }
+}
+
+/// `unit` is how many of the protocol's units an SI unit has.
+fn refuse_motion(refusal: &Refusal, unit: f64, name: &'static str) -> Error {
+    let range = |what, max: f32, metres, degrees| Error::Range {
+        name: what,
+        min: 0.0,
+        max: (f64::from(max) * unit) as f32,
+        unit: if name == "m" { metres } else { degrees },
+    };
+    match refusal {
+        Refusal::Speed(max) => range("v", *max, "m/s", "deg/s"),
+        Refusal::Acceleration(max) => range("a", *max, "m/s2", "deg/s2"),
+        other => refuse(*other),
+    }
+}
+
+fn refuse(refusal: Refusal) -> Error {
+    match refusal {
+        Refusal::Busy => Error::Busy,
+        Refusal::Fault(fault) => Error::Fault(fault),
+        Refusal::Disabled => Error::Disabled,
+        Refusal::Moving => Error::Moving,
+        Refusal::Correction(CorrectionError::Gate(distance)) => Error::Gate(distance),
+        Refusal::Correction(CorrectionError::NotPositive) => Error::NotPsd,
+        Refusal::Correction(CorrectionError::NotFinite) | Refusal::NotFinite => not_finite(),
+        Refusal::Age => Error::Range {
+            name: "age",
+            min: 0.0,
+            max: 1.5,
+            unit: "s",
+        },
+        Refusal::Distance | Refusal::Speed(_) | Refusal::Acceleration(_) => not_finite(),
+    }
+}
+
+fn not_finite() -> Error {
+    Error::Range {
+        name: "result",
+        min: -f32::MAX,
+        max: f32::MAX,
+        unit: "",
+    }
+}

@@ -1,0 +1,206 @@
+//! Telemetry: which numbers, and how often.
+
+use super::error::Error;
+use super::reply::heading;
+use super::text::Text;
+use crate::controller::Snapshot;
+use crate::params::DEGREES;
+use crate::time::{self, Duration, Instant};
+use heapless::Vec;
+
+/// At most so many fields in a line: 16 of the widest still fit 255 bytes.
+const MAX_FIELDS: usize = 16;
+
+macro_rules! fields {
+    ($($field:ident $name:literal;)*) => {
+        /// A number that telemetry can carry.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        enum Field { $($field,)* }
+
+        const NAMES: &[(&str, Field)] = &[$(($name, Field::$field),)*];
+    };
+}
+
+fields! {
+    Time "t"; X "x"; Y "y"; Theta "theta";
+    Cxx "cxx"; Cxy "cxy"; Cxt "cxt"; Cyy "cyy"; Cyt "cyt"; Ctt "ctt";
+    Speed "v_s"; TurnSpeed "v_alpha";
+    S "s"; SRef "s_ref"; SpeedRef "v_s_ref";
+    Alpha "alpha"; AlphaRef "alpha_ref"; TurnSpeedRef "v_alpha_ref";
+    MoveState "move_state"; TurnState "turn_state";
+    LeftCount "left_count"; RightCount "right_count";
+    LeftSpeed "left_speed"; RightSpeed "right_speed";
+    LeftDuty "left_duty"; RightDuty "right_duty";
+    Battery "battery"; FaultName "fault"; Dropped "dropped";
+}
+
+/// The fields of a telemetry line; none means the default ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fields {
+    fields: [Option<Field>; MAX_FIELDS],
+    count: usize,
+}
+
+const DEFAULT: [Field; 6] = [
+    Field::Time,
+    Field::X,
+    Field::Y,
+    Field::Theta,
+    Field::Speed,
+    Field::TurnSpeed,
+];
+
+impl Fields {
+    /// Adds a field by its name.
+    ///
+    /// # Errors
+    /// [`Error::Syntax`] if there is no such field, [`Error::Range`] if there are too many.
+    pub fn add(&mut self, name: &[u8]) -> Result<(), Error> {
+        let (_, field) = NAMES
+            .iter()
+            .find(|(known, _)| name.eq_ignore_ascii_case(known.as_bytes()))
+            .ok_or(Error::Syntax("no such field"))?;
+        let slot = self.fields.get_mut(self.count).ok_or(Error::Range {
+            name: "fields",
+            min: 0.0,
+            max: MAX_FIELDS as f32,
+            unit: "",
+        })?;
+        *slot = Some(*field);
+        self.count += 1;
+        Ok(())
+    }
+
+    fn list(&self) -> Vec<Field, MAX_FIELDS> {
+        if self.count == 0 {
+            DEFAULT.into_iter().collect()
+        } else {
+            self.fields.iter().flatten().copied().collect()
+        }
+    }
+}
+
+/// The telemetry stream.
+#[derive(Clone, Debug, Default)]
+pub struct Stream {
+    period: Option<Duration>,
+    next: Option<Instant>,
+    fields: Fields,
+    /// Lines that found no room.
+    pub dropped: u32,
+}
+
+impl Stream {
+    /// Sends every `period` seconds from now on; 0 turns it off.
+    pub fn set(&mut self, period: f32, fields: Fields) {
+        let ticks = (f64::from(period) * 1e6 + 0.5) as u64;
+        self.period = (period > 0.0).then(|| Duration::from_ticks(ticks.max(1000)));
+        self.next = None;
+        self.fields = fields;
+    }
+
+    /// True if a line is due. Lines that were missed are left out: the next is in step again.
+    pub fn is_due(&mut self, now: Instant) -> bool {
+        let Some(period) = self.period else {
+            return false;
+        };
+        let due = self.next.is_none_or(|next| now >= next);
+        if due {
+            let next = time::after(self.next.unwrap_or(now), period);
+            self.next = Some(if next > now {
+                next
+            } else {
+                time::after(now, period)
+            });
+        }
+        due
+    }
+
+    /// Writes a line.
+    pub fn write(&self, text: &mut Text, snapshot: &Snapshot) {
+        let estimate = snapshot.estimator.present();
+        let c = &estimate.covariance;
+        let (translation, rotation) = (&snapshot.translation, &snapshot.rotation);
+        let [left, right] = &snapshot.wheels;
+        let metres = |text: &mut Text, x: f32| {
+            text.fixed(f64::from(x), 6);
+        };
+        let degrees = |text: &mut Text, x: f64| {
+            text.fixed(x * DEGREES, 5);
+        };
+        text.byte(b'~');
+        for field in self.fields.list() {
+            match field {
+                Field::Time => {
+                    text.fixed(snapshot.time.ticks() as f64 * 1e-6, 3);
+                }
+                Field::X => {
+                    text.fixed(estimate.pose.x, 6);
+                }
+                Field::Y => {
+                    text.fixed(estimate.pose.y, 6);
+                }
+                Field::Theta => heading(text, estimate.pose.theta),
+                Field::Cxx => {
+                    text.scientific(f64::from(c.m11));
+                }
+                Field::Cxy => {
+                    text.scientific(f64::from(c.m12));
+                }
+                Field::Cxt => {
+                    text.scientific(f64::from(c.m13) * DEGREES);
+                }
+                Field::Cyy => {
+                    text.scientific(f64::from(c.m22));
+                }
+                Field::Cyt => {
+                    text.scientific(f64::from(c.m23) * DEGREES);
+                }
+                Field::Ctt => {
+                    text.scientific(f64::from(c.m33) * DEGREES * DEGREES);
+                }
+                Field::Speed => metres(text, translation.speed),
+                Field::SpeedRef => metres(text, translation.reference_speed),
+                Field::TurnSpeed => degrees(text, f64::from(rotation.speed)),
+                Field::TurnSpeedRef => degrees(text, f64::from(rotation.reference_speed)),
+                Field::S => {
+                    text.fixed(translation.displacement, 6);
+                }
+                Field::SRef => {
+                    text.fixed(translation.reference(), 6);
+                }
+                Field::Alpha => degrees(text, rotation.displacement),
+                Field::AlphaRef => degrees(text, rotation.reference()),
+                Field::MoveState => {
+                    text.word(translation.state.name());
+                }
+                Field::TurnState => {
+                    text.word(rotation.state.name());
+                }
+                Field::LeftCount => {
+                    text.integer(left.count);
+                }
+                Field::RightCount => {
+                    text.integer(right.count);
+                }
+                Field::LeftSpeed => metres(text, left.speed),
+                Field::RightSpeed => metres(text, right.speed),
+                Field::LeftDuty => {
+                    text.fixed(f64::from(left.duty), 4);
+                }
+                Field::RightDuty => {
+                    text.fixed(f64::from(right.duty), 4);
+                }
+                Field::Battery => {
+                    text.fixed(f64::from(snapshot.supply), 3);
+                }
+                Field::FaultName => {
+                    text.word(snapshot.fault.map_or("none", |fault| fault.name()));
+                }
+                Field::Dropped => {
+                    text.integer(i64::from(self.dropped));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Parameters: named numbers in the protocol's units, and the configuration in SI that is built from them.
+//!
+//! They are stored as they were written (degrees stay degrees), so that a value reads back as it was set. [`Params::build`] makes the active
+//! form, in SI and radians, once per change.
+
+mod table;
+
+pub use table::{Id, Kind, Spec};
+
+use crate::controller::{AxisConfig, Config, Limits, Noise};
+use crate::time::Duration;
+use crate::vehicle::{differential, servo};
+use core::f32::consts::PI;
+
+/// Why a parameter was refused. Nothing has changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ParamError {
+    /// Outside its range, not a number, or a switch that is neither 0 nor 1.
+    Range(Id),
+    /// Larger than this other parameter, or smaller where it must not be.
+    Conflict(Id, Id),
+}
+
+impl core::fmt::Display for ParamError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Range(id) => write!(f, "{} is out of range", id.spec().name),
+            Self::Conflict(small, large) => write!(
+                f,
+                "{} must not exceed {}",
+                small.spec().name,
+                large.spec().name
+            ),
+        }
+    }
+}
+impl core::error::Error for ParamError {}
+
+/// A complete, valid set of parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    values: [f32; Id::COUNT],
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            values: Id::ALL.map(|id| id.spec().default),
+        }
+    }
+}
+
+/// Pairs of which the first must not exceed the second.
+const ORDERED: [(Id, Id); 6] = [
+    (Id::MoveSpeed, Id::MaxSpeed),
+    (Id::MoveAccel, Id::MaxAccel),
+    (Id::StopAccel, Id::MaxAccel),
+    (Id::TurnSpeed, Id::MaxTurnSpeed),
+    (Id::TurnAccel, Id::MaxTurnAccel),
+    (Id::StopTurnAccel, Id::MaxTurnAccel),
+];
+
+impl Params {
+    /// The value, in the parameter's unit.
+    #[must_use]
+    pub fn get(&self, id: Id) -> f32 {
+        self.values.get(id as usize).copied().unwrap_or_default()
+    }
+
+    /// True for a switch that is on.
+    #[must_use]
+    pub fn is_on(&self, id: Id) -> bool {
+        self.get(id) != 0.0
+    }
+
+    /// Sets a value in the parameter's unit.
+    ///
+    /// # Errors
+    /// [`ParamError`] if the value is outside its range or at odds with another parameter.
+    pub fn set(&mut self, id: Id, value: f32) -> Result<(), ParamError> {
+        let spec = id.spec();
+        let in_range = (spec.min..=spec.max).contains(&value);
+        if !in_range
+            || (matches!(spec.kind, Kind::Switch | Kind::Wiring) && value != 0.0 && value != 1.0)
+        {
+            return Err(ParamError::Range(id));
+        }
+        let mut changed = *self;
+        if let Some(slot) = changed.values.get_mut(id as usize) {
+            *slot = value;
+        }
+        for (small, large) in ORDERED {
+            if changed.get(small) > changed.get(large) {
+                return Err(ParamError::Conflict(small, large));
+            }
+        }
+        *self = changed;
+        Ok(())
+    }
+
+    /// Sets several values that may be at odds one by one, but not together.
+    ///
+    /// # Errors
+    /// [`ParamError`] as for [`set`](Self::set); then nothing is changed.
+    pub fn set_all(&mut self, values: &[(Id, f32)]) -> Result<(), ParamError> {
+        let mut changed = *self;
+        // With the limits out of the way each value is checked alone; then all of them together.
+        for (_, large) in ORDERED {
+            changed.values[large as usize] = large.spec().max;
+        }
+        for (small, large) in ORDERED {
+            if !values.iter().any(|(id, _)| *id == large) {
+                changed.values[large as usize] = self.get(large);
+            }
+            changed.values[small as usize] = small.spec().min;
+        }
+        for (id, value) in values {
+            changed.set(*id, *value)?;
+        }
+        for (small, _) in ORDERED {
+            if !values.iter().any(|(id, _)| *id == small) {
+                let value = self.get(small);
+                changed.set(small, value)?;
+            }
+        }
+        *self = changed;
+        Ok(())
+    }
+
+    /// What commands may ask for, in SI and radians.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        Limits {
+            speed: self.get(Id::MaxSpeed),
+            acceleration: self.get(Id::MaxAccel),
+            turn_speed: radians(self.get(Id::MaxTurnSpeed)),
+            turn_acceleration: radians(self.get(Id::MaxTurnAccel)),
+        }
+    }
+
+    /// The active configuration, for a tick of the given period.
+    #[must_use]
+    pub fn build(&self, period: Duration) -> Config<differential::Config> {
+        let period_s = crate::time::seconds(period);
+        let axis = |gain, lag, tolerance, rest_speed| AxisConfig {
+            period: period_s,
+            gain,
+            max_error: lag,
+            tolerance,
+            rest_speed,
+        };
+        /// An axis has come to rest below 5 mm/s …
+        const REST_SPEED: f32 = 0.005;
+        /// … or 3 °/s: what the same wheels make of it, near enough.
+        const REST_TURN_SPEED: f32 = 3.0;
+        Config {
+            period,
+            translation: axis(
+                self.get(Id::MoveGain),
+                self.get(Id::MoveLag),
+                self.get(Id::MoveTolerance),
+                REST_SPEED,
+            ),
+            rotation: axis(
+                self.get(Id::TurnGain),
+                radians(self.get(Id::TurnLag)),
+                radians(self.get(Id::TurnTolerance)),
+                radians(REST_TURN_SPEED),
+            ),
+            stop_acceleration: self.get(Id::StopAccel),
+            stop_turn_acceleration: radians(self.get(Id::StopTurnAccel)),
+            noise: Noise {
+                translation: self.get(Id::NoiseS),
+                drift: radians(radians(self.get(Id::NoiseDrift))),
+                // °²/° is °, and rad²/rad is rad.
+                rotation: radians(self.get(Id::NoiseRot)),
+            },
+            nominal_supply: self.get(Id::Supply),
+            vehicle: self.vehicle(),
+        }
+    }
+
+    fn vehicle(&self) -> differential::Config {
+        let servo = |reversed| servo::Config {
+            static_friction: self.get(Id::MotorFriction),
+            speed_gain: self.get(Id::MotorSpeedGain),
+            acceleration_gain: self.get(Id::MotorAccelGain),
+            proportional: self.get(Id::ServoP),
+            integral: self.get(Id::ServoI),
+            integral_limit: self.get(Id::ServoILimit),
+            max_duty: self.get(Id::MaxDuty),
+            reversed,
+        };
+        // K = 2πR r/N, times the wheel's gain; the gear ratio is part of the counts per turn of the wheel.
+        let per_count = |diameter, gain| {
+            core::f64::consts::PI * f64::from(self.get(diameter)) * f64::from(self.get(gain))
+                / f64::from(self.get(Id::CountsPerTurn))
+        };
+        differential::Config {
+            geometry: differential::Geometry {
+                wheel_base: f64::from(self.get(Id::WheelBase)) * f64::from(self.get(Id::GainBase)),
+                left: per_count(Id::LeftDiameter, Id::GainLeft),
+                right: per_count(Id::RightDiameter, Id::GainRight),
+            },
+            max_wheel_speed: self.get(Id::MaxWheelSpeed),
+            observer_bandwidth: 2.0 * PI * self.get(Id::ObserverBandwidth),
+            encoder_reversed: [
+                self.is_on(Id::LeftEncoderReversed),
+                self.is_on(Id::RightEncoderReversed),
+            ],
+            servo: [
+                servo(self.is_on(Id::LeftMotorReversed)),
+                servo(self.is_on(Id::RightMotorReversed)),
+            ],
+        }
+    }
+}
+
+/// Degrees in a radian: the protocol's unit of angles, which ends here and in the interpreter.
+pub const DEGREES: f64 = 180.0 / core::f64::consts::PI;
+
+/// Degrees to radians.
+#[must_use]
+pub fn radians(degrees: f32) -> f32 {
+    (f64::from(degrees) / DEGREES) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn defaults_are_valid_and_names_unique() {
+        let mut params = Params::default();
+        for id in Id::ALL {
+            let spec = id.spec();
+            assert!(spec.min < spec.max, "{}", spec.name);
+            assert_eq!(params.set(id, spec.default), Ok(()), "{}", spec.name);
+            assert_eq!(Id::find(spec.name.as_bytes()), Some(id));
+        }
+    }
+
+    #[test]
+    fn refusals_change_nothing() {
+        let mut params = Params::default();
+        for value in [f32::NAN, f32::INFINITY, -1.0, 1e9] {
+            assert_eq!(
+                params.set(Id::WheelBase, value),
+                Err(ParamError::Range(Id::WheelBase))
+            );
+        }
+        assert_eq!(
+            params.set(Id::RequireCrc, 0.5),
+            Err(ParamError::Range(Id::RequireCrc))
+        );
+        assert_eq!(
+            params.set(Id::MoveSpeed, params.get(Id::MaxSpeed) + 0.1),
+            Err(ParamError::Conflict(Id::MoveSpeed, Id::MaxSpeed))
+        );
+        assert_eq!(params, Params::default());
+    }
+
+    #[test]
+    fn several_at_once_may_pass_each_other() {
+        let mut params = Params::default();
+        let values = [(Id::MoveSpeed, 3.0), (Id::MaxSpeed, 4.0)];
+        assert_eq!(params.set_all(&values), Ok(()));
+        assert_eq!(params.get(Id::MoveSpeed), 3.0);
+        let before = params;
+        assert_eq!(
+            params.set_all(&[(Id::MaxSpeed, 1.0)]),
+            Err(ParamError::Conflict(Id::MoveSpeed, Id::MaxSpeed))
+        );
+        assert_eq!(params, before);
+    }
+
+    #[test]
+    fn geometry_of_the_default_robot() {
+        let config = Params::default().build(Duration::millis(1));
+        // π 0.084 / 2796.8
+        assert!((config.vehicle.geometry.left - 9.435_6e-5).abs() < 1e-9);
+        assert!((config.noise.drift - 0.01 * (PI / 180.0) * (PI / 180.0)).abs() < 1e-4);
+    }
+}
