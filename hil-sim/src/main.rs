@@ -1,1 +1,222 @@
-fn main() {}
+//! `hil-sim`: drive a simulated robot base, run scripts on it, replay logs, draw what happened.
+
+mod console;
+mod run;
+mod trace_file;
+
+use anyhow::{Result, anyhow, bail};
+use clap::{Args, Parser, Subcommand};
+use console::{Far, Speed};
+use hil_sim::plot;
+use hil_sim::replay::{Log, replay};
+use hil_sim::rig::Rig;
+use hil_sim::robot::{Robot, describe};
+use hil_sim::script::Script;
+use hil_sim::trace;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use trace_file::TraceFile;
+use vehicle_controller::params::Id;
+
+/// A simulated robot base: the real vehicle controller on simulated motors, battery, tyres and encoders.
+#[derive(Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    drive: Drive,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Drive the base from this terminal, from a pseudo-terminal or over TCP, in real time
+    Drive(Drive),
+    /// Run a script of `<seconds> <protocol line>` lines; prints `<seconds>\t<line>` for each line the base sends
+    Run(Run),
+    /// Feed recorded encoder counts through the vehicle and the estimator
+    Replay(Replay),
+    /// Draw a trace
+    Plot(Plot),
+    /// List the robots
+    Robots,
+}
+
+#[derive(Args)]
+struct Base {
+    /// A robot's name (see `robots`) or the path of its .toml file
+    #[arg(long, default_value = "default")]
+    robot: String,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write a trace of the run (CSV)
+    #[arg(long, value_name = "F.csv")]
+    trace: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct Drive {
+    #[command(flatten)]
+    base: Base,
+    /// How fast simulated time passes: a factor, or `max`
+    #[arg(long, default_value = "1", value_name = "X|max")]
+    speed: Speed,
+    /// Offer the serial line as a pseudo-terminal
+    #[arg(long, conflicts_with = "tcp")]
+    pty: bool,
+    /// Offer the serial line as a TCP port on loopback
+    #[arg(long, value_name = "127.0.0.1:PORT")]
+    tcp: Option<SocketAddr>,
+}
+
+#[derive(Args)]
+struct Run {
+    /// The script
+    script: PathBuf,
+    #[command(flatten)]
+    base: Base,
+    /// Time between two rows of the trace
+    #[arg(long, default_value_t = 0.01, value_name = "S")]
+    trace_period: f64,
+    /// Draw the run
+    #[arg(long, value_name = "F.svg|F.png")]
+    plot: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct Replay {
+    /// Logs: CSV with columns t,left,right (counts since the row before) and optionally x,y,theta
+    #[arg(required = true)]
+    logs: Vec<PathBuf>,
+    /// A robot's name or the path of its .toml file
+    #[arg(long, default_value = "default")]
+    robot: String,
+    /// Set a parameter
+    #[arg(long, value_name = "name=value")]
+    set: Vec<String>,
+    /// Write a row per log row (CSV); one log only
+    #[arg(long, value_name = "F.csv")]
+    out: Option<PathBuf>,
+    /// Draw paths and errors
+    #[arg(long, value_name = "F.svg|F.png")]
+    plot: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct Plot {
+    /// The trace
+    trace: PathBuf,
+    /// The picture
+    #[arg(short, long, value_name = "F.svg|F.png")]
+    output: PathBuf,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match cli.command {
+        None => drive_command(&cli.drive),
+        Some(Command::Drive(drive)) => drive_command(&drive),
+        Some(Command::Run(run)) => run_command(&run),
+        Some(Command::Replay(replay)) => replay_command(&replay),
+        Some(Command::Plot(plot)) => plot_command(&plot),
+        Some(Command::Robots) => robots_command(),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+impl Base {
+    fn rig(&self) -> Result<Rig> {
+        Rig::new(&Robot::load(&self.robot)?, self.seed)
+    }
+}
+
+fn drive_command(drive: &Drive) -> Result<()> {
+    let mut rig = drive.base.rig()?;
+    let far = match drive.tcp {
+        Some(address) => Far::Tcp(address),
+        None if drive.pty => Far::Pty,
+        None => Far::Terminal,
+    };
+    let trace = TraceFile::create(drive.base.trace.as_deref(), false, 0.01)?;
+    console::drive(&mut rig, &far, drive.speed, trace)
+}
+
+fn run_command(run: &Run) -> Result<()> {
+    let script = Script::load(&run.script)?;
+    if !(run.trace_period > 0.0 && run.trace_period.is_finite()) {
+        bail!("--trace-period must be above 0");
+    }
+    let mut rig = run.base.rig()?;
+    let keep = run.plot.is_some();
+    let trace = TraceFile::create(run.base.trace.as_deref(), keep, run.trace_period)?;
+    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    let trace = run::run(&mut rig, &script, trace, &mut out)?;
+    if let Some(trace) = trace {
+        let rows = trace.into_rows()?;
+        if let Some(picture) = &run.plot {
+            plot::plot(&rows, &title(&run.script, &run.base.robot), picture)?;
+        }
+    }
+    Ok(())
+}
+
+fn title(script: &Path, robot: &str) -> String {
+    format!("{} on {robot}", script.file_name().unwrap_or_default().to_string_lossy())
+}
+
+fn replay_command(args: &Replay) -> Result<()> {
+    let robot = Robot::load(&args.robot)?;
+    let mut params = robot.params;
+    for setting in &args.set {
+        let (name, value) = setting
+            .split_once('=')
+            .ok_or_else(|| anyhow!("--set {setting}: write name=value"))?;
+        let id = Id::find(name.trim().as_bytes())
+            .ok_or_else(|| anyhow!("--set {setting}: no parameter `{name}`"))?;
+        let value: f32 = value
+            .trim()
+            .parse()
+            .map_err(|_| anyhow!("--set {setting}: `{value}` is not a number"))?;
+        params
+            .set(id, value)
+            .map_err(|error| anyhow!("--set {setting}: {}", describe(error)))?;
+    }
+    if args.out.is_some() && args.logs.len() > 1 {
+        bail!("--out is for one log");
+    }
+    let mut paths = Vec::new();
+    for path in &args.logs {
+        let log = Log::load(path)?;
+        let replayed = replay(&log, &robot, &params)?;
+        print!("{}", replayed.report());
+        if let Some(out) = &args.out {
+            replayed.write(out)?;
+        }
+        paths.push(replayed.path());
+    }
+    if let Some(picture) = &args.plot {
+        plot::plot_replay(&paths, &format!("Replay on {}", args.robot), picture)?;
+    }
+    Ok(())
+}
+
+fn plot_command(args: &Plot) -> Result<()> {
+    let rows = trace::read(&args.trace)?;
+    let title = args.trace.file_name().unwrap_or_default().to_string_lossy();
+    plot::plot(&rows, &title, &args.output)
+}
+
+fn robots_command() -> Result<()> {
+    for name in Robot::presets() {
+        println!("{name:<14}{}", Robot::load(name)?.description);
+    }
+    Ok(())
+}

@@ -403,6 +403,11 @@ impl Interpreter {
     }
 }
 
+/// The names of all commands, for completion.
+pub fn commands() -> impl Iterator<Item = &'static str> {
+    keyword::ALL.iter().map(|entry| entry.name)
+}
+
 /// d before any command.
 const NOWHERE: AxisCommand = AxisCommand {
     distance: 0.0,

@@ -1,0 +1,168 @@
+//! `drive`: the simulated base in real time, with a terminal, a pseudo-terminal or a TCP client at its serial line.
+
+mod line_editor;
+#[cfg(unix)]
+mod pty;
+mod stdio;
+mod tcp;
+
+use crate::trace_file::TraceFile;
+use anyhow::Result;
+use hil_sim::rig::{PERIOD, Rig};
+use std::io::IsTerminal;
+use std::net::SocketAddr;
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::{Duration, Instant};
+use vehicle_controller::controller::State;
+
+/// The far end of the base's serial line.
+pub struct Port {
+    /// What the far end sends; hung up when it has left for good.
+    pub input: Receiver<Vec<u8>>,
+    /// Takes what the base sends.
+    pub output: Box<dyn FnMut(&[u8]) -> Result<()>>,
+}
+
+/// Who is at the serial line.
+pub enum Far {
+    /// Standard input and output.
+    Terminal,
+    /// A new pseudo-terminal.
+    Pty,
+    /// A TCP client.
+    Tcp(SocketAddr),
+}
+
+/// How fast simulated time passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    /// So many times real time.
+    Times(f64),
+    /// As fast as it goes.
+    Max,
+}
+
+impl std::str::FromStr for Speed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse::<f64>() {
+            _ if text == "max" => Ok(Self::Max),
+            Ok(times) if times > 0.0 && times <= 1000.0 => Ok(Self::Times(times)),
+            _ => Err("a factor above 0 and up to 1000, or max".into()),
+        }
+    }
+}
+
+/// Runs until the far end leaves, and the base then rests.
+pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile>) -> Result<()> {
+    let mut port = match far {
+        Far::Terminal if std::io::stdin().is_terminal() => line_editor::open()?,
+        Far::Terminal => stdio::open(),
+        #[cfg(unix)]
+        Far::Pty => pty::open()?,
+        #[cfg(not(unix))]
+        Far::Pty => anyhow::bail!("this system has no pseudo-terminals: use --tcp"),
+        Far::Tcp(address) => tcp::open(*address)?,
+    };
+    let mut pace = Pace::new(speed);
+    let mut leaving = Leaving::default();
+    loop {
+        for _ in 0..pace.ticks_due() {
+            rig.tick();
+            if let Some(trace) = &mut trace {
+                trace.note(rig)?;
+            }
+            let bytes = rig.receive();
+            if !bytes.is_empty() {
+                leaving.postpone();
+                (port.output)(&bytes)?;
+            }
+            if leaving.is_over(rig) {
+                return trace.map_or(Ok(()), TraceFile::finish);
+            }
+        }
+        loop {
+            match port.input.try_recv() {
+                Ok(bytes) => rig.send(&bytes),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => {
+                    leaving.begin();
+                    break;
+                }
+            }
+        }
+        pace.rest();
+    }
+}
+
+/// Keeps simulated time in step with the clock.
+struct Pace {
+    speed: Speed,
+    origin: Instant,
+    done: u64,
+}
+
+impl Pace {
+    /// The loop looks at its input this often.
+    const NAP: Duration = Duration::from_millis(2);
+    /// Time lost beyond this (the computer slept) is not made up for.
+    const MAX_LAG: u64 = 250;
+
+    fn new(speed: Speed) -> Self {
+        Self {
+            speed,
+            origin: Instant::now(),
+            done: 0,
+        }
+    }
+
+    fn ticks_due(&mut self) -> u64 {
+        let Speed::Times(times) = self.speed else {
+            return 100;
+        };
+        let per_second = 1e6 / PERIOD.ticks() as f64 * times;
+        let due = (self.origin.elapsed().as_secs_f64() * per_second) as u64;
+        let behind = due.saturating_sub(self.done);
+        self.done = due;
+        behind.min((Self::MAX_LAG as f64 * times.max(1.0)) as u64)
+    }
+
+    fn rest(&self) {
+        if self.speed != Speed::Max {
+            std::thread::sleep(Self::NAP);
+        }
+    }
+}
+
+/// When the far end has left, the base is simulated until it rests and has said all.
+#[derive(Default)]
+struct Leaving {
+    begun: bool,
+    quiet_ticks: u32,
+}
+
+impl Leaving {
+    /// A base that holds and says nothing for this long is done.
+    const QUIET_TICKS: u32 = 1000;
+
+    fn begin(&mut self) {
+        self.begun = true;
+    }
+
+    fn postpone(&mut self) {
+        self.quiet_ticks = 0;
+    }
+
+    fn is_over(&mut self, rig: &Rig) -> bool {
+        let snapshot = rig.snapshot();
+        let busy = rig.backlog() > 0
+            || snapshot.translation.state != State::Hold
+            || snapshot.rotation.state != State::Hold;
+        if busy || !self.begun {
+            self.quiet_ticks = 0;
+        }
+        self.quiet_ticks += 1;
+        self.begun && self.quiet_ticks > Self::QUIET_TICKS
+    }
+}

@@ -1,0 +1,170 @@
+//! Fakes of the peripherals: they implement the traits that the real ones implement, and meet the plant on shared wires.
+
+use embedded_hal::digital::{ErrorType as PinErrorType, OutputPin};
+use embedded_hal::pwm::{ErrorType as PwmErrorType, SetDutyCycle};
+use embedded_hal_02::{Direction, Qei};
+use std::cell::Cell;
+use std::convert::Infallible;
+use std::rc::Rc;
+use vehicle_controller::vehicle::{Counter, Drive, OutputError, Servo, WheelCommand, servo};
+
+/// The wires of one wheel.
+#[derive(Debug, Default)]
+pub struct Wires {
+    /// Encoder edges since power-on; a counter shows the low bits of it.
+    pub edges: Cell<i64>,
+    /// PWM compare value, out of [`FULL_DUTY`].
+    pub duty: Cell<u16>,
+    /// Level of the direction pin.
+    pub forward: Cell<bool>,
+    /// The speed that an ideal motor was told, m/s.
+    pub speed: Cell<f32>,
+}
+
+impl Wires {
+    /// Duty with its sign, −1 to 1.
+    pub fn signed_duty(&self) -> f64 {
+        let duty = f64::from(self.duty.get()) / f64::from(FULL_DUTY);
+        if self.forward.get() { duty } else { -duty }
+    }
+}
+
+/// The reload value of a 20 kHz PWM from a 168 MHz timer.
+pub const FULL_DUTY: u16 = 8400;
+
+/// A count of 16 or 32 bits: which, the robot's file says.
+#[derive(Clone, Copy, Debug)]
+pub enum Count {
+    /// From a 16-bit timer.
+    Narrow(u16),
+    /// From a 32-bit timer.
+    Wide(u32),
+}
+
+impl Counter for Count {
+    fn since(self, earlier: Self) -> i32 {
+        match (self, earlier) {
+            (Self::Narrow(now), Self::Narrow(then)) => now.since(then),
+            (Self::Wide(now), Self::Wide(then)) => now.since(then),
+            _ => unreachable!("a counter does not change its width"),
+        }
+    }
+}
+
+/// A quadrature counter.
+#[derive(Debug)]
+pub struct FakeQei {
+    wires: Rc<Wires>,
+    narrow: bool,
+}
+
+impl FakeQei {
+    /// A counter of 16 bits, or of 32.
+    pub fn new(wires: Rc<Wires>, narrow: bool) -> Self {
+        Self { wires, narrow }
+    }
+}
+
+impl Qei for FakeQei {
+    type Count = Count;
+
+    fn count(&self) -> Count {
+        let edges = self.wires.edges.get();
+        if self.narrow {
+            Count::Narrow(edges as u16)
+        } else {
+            Count::Wide(edges as u32)
+        }
+    }
+
+    fn direction(&self) -> Direction {
+        Direction::Upcounting
+    }
+}
+
+/// A PWM channel.
+#[derive(Debug)]
+pub struct FakePwm(Rc<Wires>);
+
+impl PwmErrorType for FakePwm {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for FakePwm {
+    fn max_duty_cycle(&self) -> u16 {
+        FULL_DUTY
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        self.0.duty.set(duty);
+        Ok(())
+    }
+}
+
+/// A direction pin.
+#[derive(Debug)]
+pub struct FakePin(Rc<Wires>);
+
+impl PinErrorType for FakePin {
+    type Error = Infallible;
+}
+
+impl OutputPin for FakePin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.forward.set(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.forward.set(true);
+        Ok(())
+    }
+}
+
+/// A motor: the real servo behind a bridge, or one that turns exactly as it is told.
+#[derive(Debug)]
+pub enum FakeDrive {
+    /// PWM and direction, through the library's servo.
+    Bridge(Servo<FakePwm, FakePin>),
+    /// Speeds are obeyed.
+    Ideal(Rc<Wires>),
+}
+
+impl FakeDrive {
+    /// A motor behind a bridge.
+    ///
+    /// # Errors
+    /// None: the fakes never refuse.
+    pub fn bridge(wires: Rc<Wires>, config: servo::Config) -> Result<Self, OutputError> {
+        let pwm = FakePwm(Rc::clone(&wires));
+        Ok(Self::Bridge(Servo::new(pwm, FakePin(wires), config)?))
+    }
+}
+
+impl Drive for FakeDrive {
+    fn configure(&mut self, config: &servo::Config) {
+        if let Self::Bridge(servo) = self {
+            servo.configure(config);
+        }
+    }
+
+    fn command(&mut self, command: WheelCommand, supply: f32, dt: f32) -> Result<f32, OutputError> {
+        match self {
+            Self::Bridge(servo) => servo.command(command, supply, dt),
+            Self::Ideal(wires) => {
+                wires.speed.set(command.speed);
+                Ok(0.0)
+            }
+        }
+    }
+
+    fn off(&mut self) -> Result<(), OutputError> {
+        match self {
+            Self::Bridge(servo) => servo.off(),
+            Self::Ideal(wires) => {
+                wires.speed.set(0.0);
+                Ok(())
+            }
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! Replay: recorded counts through the real vehicle and estimator.
+
+use crate::peripherals::Wires;
+use crate::plot::ReplayPath;
+use crate::rig::vehicle;
+use crate::robot::Robot;
+use anyhow::{Context, Result, anyhow, bail};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::rc::Rc;
+use vehicle_controller::controller::{Estimate, Estimator, Pose};
+use vehicle_controller::math::{upper_triangle, wrap};
+use vehicle_controller::params::Params;
+use vehicle_controller::vehicle::VirtualVehicle;
+
+/// A row of a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Row {
+    t: f64,
+    /// Counts since the row before.
+    counts: [i64; 2],
+    /// x, y (m), θ (rad), where known.
+    truth: Option<[f64; 3]>,
+}
+
+/// A recorded log.
+#[derive(Clone, Debug)]
+pub struct Log {
+    /// The file's name without its extension.
+    pub name: String,
+    rows: Vec<Row>,
+}
+
+impl Log {
+    /// Reads a log: CSV with the columns `t,left,right` and optionally `x,y,theta`, in any order; others are left out.
+    ///
+    /// # Errors
+    /// With file and line, if it cannot be read or is wrong.
+    pub fn load(path: &Path) -> Result<Self> {
+        let shown = path.display();
+        let file = std::fs::File::open(path).with_context(|| shown.to_string())?;
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .from_reader(file);
+        let headers = reader
+            .headers()
+            .with_context(|| format!("{shown}:1"))?
+            .clone();
+        let columns: BTreeMap<&str, usize> =
+            headers.iter().enumerate().map(|(i, name)| (name, i)).collect();
+        let column = |name: &str| columns.get(name).copied();
+        let required = |name: &str| {
+            column(name).ok_or_else(|| anyhow!("{shown}:1: there is no column `{name}`"))
+        };
+        let (t, left, right) = (required("t")?, required("left")?, required("right")?);
+        let truth = match [column("x"), column("y"), column("theta")] {
+            [Some(x), Some(y), Some(theta)] => Some([x, y, theta]),
+            [None, None, None] => None,
+            _ => bail!("{shown}:1: of x, y and theta there must be all or none"),
+        };
+        let mut rows: Vec<Row> = Vec::new();
+        for record in reader.records() {
+            let record = record.with_context(|| shown.to_string())?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let number = |index: usize| -> Result<f64> {
+                let word = record.get(index).unwrap_or_default();
+                match word.parse::<f64>() {
+                    Ok(number) if number.is_finite() => Ok(number),
+                    _ => bail!(
+                        "{shown}:{line}: column `{}`: `{word}` is not a number",
+                        &headers[index]
+                    ),
+                }
+            };
+            let count = |index: usize| -> Result<i64> {
+                let counts = number(index)?;
+                if counts.fract() != 0.0 || counts.abs() > f64::from(i32::MAX) {
+                    bail!(
+                        "{shown}:{line}: column `{}`: {counts} is not a count",
+                        &headers[index]
+                    );
+                }
+                Ok(counts as i64)
+            };
+            let row = Row {
+                t: number(t)?,
+                counts: [count(left)?, count(right)?],
+                truth: match truth {
+                    Some([x, y, theta]) => Some([number(x)?, number(y)?, number(theta)?]),
+                    None => None,
+                },
+            };
+            if rows.last().is_some_and(|last| row.t < last.t) {
+                bail!("{shown}:{line}: t goes backwards");
+            }
+            rows.push(row);
+        }
+        if rows.is_empty() {
+            bail!("{shown}: the log has no rows");
+        }
+        let name = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        Ok(Self { name, rows })
+    }
+
+    /// How many rows it has.
+    #[must_use]
+    #[allow(clippy::len_without_is_empty, reason = "a log is never empty")]
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+}
+
+/// What a replay gave.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// The log's name.
+    pub name: String,
+    /// Time of each row, s.
+    pub t: Vec<f64>,
+    /// The estimate at each row.
+    pub estimates: Vec<Estimate>,
+    /// The truth at each row, where known: x, y (m), θ (rad).
+    pub truth: Option<Vec<[f64; 3]>>,
+}
+
+/// Errors of a replay against the truth, m and rad.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// Largest distance.
+    pub max_position: f64,
+    /// Largest heading error.
+    pub max_heading: f64,
+    /// Distance at the end.
+    pub final_position: f64,
+    /// Heading error at the end.
+    pub final_heading: f64,
+}
+
+/// Feeds a log through the vehicle and the estimator. The estimate starts at the first row's truth (or the origin), certain of it; the counts of the
+/// first row were before that.
+///
+/// # Errors
+/// None: the fakes never refuse.
+pub fn replay(log: &Log, robot: &Robot, params: &Params) -> Result<Replay> {
+    let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
+    let mut vehicle = vehicle(&wires, robot, params)?;
+    let mut estimator = Estimator::new(params.build(crate::rig::PERIOD).noise);
+    let [x, y, theta] = log.rows[0].truth.unwrap_or_default();
+    let start = Estimate::certain(Pose { x, y, theta });
+    let correction = estimator.correction(start);
+    estimator.apply(&correction);
+
+    let mut estimates = vec![estimator.present()];
+    for rows in log.rows.windows(2) {
+        for (wires, counts) in wires.iter().zip(rows[1].counts) {
+            wires.edges.set(wires.edges.get() + counts);
+        }
+        let motion = vehicle.sense((rows[1].t - rows[0].t) as f32);
+        estimator.advance(motion.increment, vehicle.resolution());
+        estimates.push(estimator.present());
+    }
+    Ok(Replay {
+        name: log.name.clone(),
+        t: log.rows.iter().map(|row| row.t).collect(),
+        estimates,
+        truth: log.rows.iter().map(|row| row.truth).collect(),
+    })
+}
+
+impl Replay {
+    /// The estimate at the end.
+    #[must_use]
+    pub fn last(&self) -> &Estimate {
+        &self.estimates[self.estimates.len() - 1]
+    }
+
+    /// Position and heading error of each row, m and rad, where the truth is known.
+    #[must_use]
+    pub fn errors_by_row(&self) -> Option<Vec<(f64, f64)>> {
+        let truth = self.truth.as_ref()?;
+        let error = |(estimate, [x, y, theta]): (&Estimate, &[f64; 3])| {
+            let pose = &estimate.pose;
+            (
+                (pose.x - x).hypot(pose.y - y),
+                wrap(pose.theta - theta).abs(),
+            )
+        };
+        Some(self.estimates.iter().zip(truth).map(error).collect())
+    }
+
+    /// The largest and the final errors, where the truth is known.
+    #[must_use]
+    pub fn errors(&self) -> Option<Errors> {
+        let rows = self.errors_by_row()?;
+        let (final_position, final_heading) = *rows.last()?;
+        Some(Errors {
+            max_position: rows.iter().fold(0.0, |max, row| row.0.max(max)),
+            max_heading: rows.iter().fold(0.0, |max, row| row.1.max(max)),
+            final_position,
+            final_heading,
+        })
+    }
+
+    /// A report for people: final pose and covariance, and the errors.
+    #[must_use]
+    pub fn report(&self) -> String {
+        let Estimate { pose, covariance } = self.last();
+        let [xx, xy, xt, yy, yt, tt] = upper_triangle(covariance).map(f64::from);
+        let degrees = f64::to_degrees(1.0);
+        let mut report = format!(
+            "{}: {} rows, {:.2} s\n  final pose   x {:.4} m  y {:.4} m  theta {:.3} deg\n",
+            self.name,
+            self.t.len(),
+            self.t[self.t.len() - 1] - self.t[0],
+            pose.x,
+            pose.y,
+            wrap(pose.theta) * degrees,
+        );
+        report += &format!(
+            "  deviations   x {:.4} m  y {:.4} m  theta {:.3} deg\n",
+            xx.sqrt(),
+            yy.sqrt(),
+            tt.sqrt() * degrees,
+        );
+        report += &format!(
+            "  covariance   {xx:.5e} {xy:.5e} {:.5e} {yy:.5e} {:.5e} {:.5e} (m, deg)\n",
+            xt * degrees,
+            yt * degrees,
+            tt * degrees * degrees,
+        );
+        if let Some(errors) = self.errors() {
+            report += &format!(
+                "  error        max {:.4} m {:.3} deg   final {:.4} m {:.3} deg\n",
+                errors.max_position,
+                errors.max_heading * degrees,
+                errors.final_position,
+                errors.final_heading * degrees,
+            );
+        }
+        report
+    }
+
+    /// Writes a row per log row.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let shown = || path.display().to_string();
+        let mut writer = csv::Writer::from_path(path).with_context(shown)?;
+        let mut header = vec![
+            "t", "x", "y", "theta", "cxx", "cxy", "cxt", "cyy", "cyt", "ctt",
+        ];
+        let errors = self.errors_by_row();
+        if errors.is_some() {
+            header.extend(["position_error", "heading_error"]);
+        }
+        writer.write_record(header)?;
+        for (row, (t, estimate)) in self.t.iter().zip(&self.estimates).enumerate() {
+            let Pose { x, y, theta } = estimate.pose;
+            let mut record = vec![format!("{t:.6}")];
+            record.extend([x, y, theta].map(|value| format!("{value:.9}")));
+            record.extend(upper_triangle(&estimate.covariance).map(|c| format!("{c:.6e}")));
+            if let Some(errors) = &errors {
+                let (position, heading) = errors[row];
+                record.extend([position, heading].map(|value| format!("{value:.9}")));
+            }
+            writer.write_record(record)?;
+        }
+        writer.flush().with_context(shown)
+    }
+
+    /// What the plot wants to know.
+    #[must_use]
+    pub fn path(&self) -> ReplayPath {
+        let estimated = |e: &Estimate| [e.pose.x, e.pose.y, e.pose.theta];
+        ReplayPath {
+            name: self.name.clone(),
+            t: self.t.clone(),
+            estimated: self.estimates.iter().map(estimated).collect(),
+            truth: self.truth.clone(),
+            covariance: self
+                .estimates
+                .iter()
+                .map(|e| upper_triangle(&e.covariance).map(f64::from))
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
+
+use crate::peripherals::{FakeDrive, FakeQei, Wires};
+use crate::plant::{Command, Input, Plant, Push};
+use crate::robot::{Model, Robot};
+use crate::trace::Row;
+use anyhow::Result;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use vehicle_controller::controller::{Controller, Inputs, Interface, Snapshot};
+use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
+use vehicle_controller::params::Params;
+use vehicle_controller::time::{self, Duration, Instant};
+use vehicle_controller::vehicle::DifferentialDrive;
+
+/// The vehicle of every simulated robot.
+pub type Vehicle = DifferentialDrive<FakeQei, FakeQei, FakeDrive, FakeDrive>;
+
+/// The period of the control loop.
+pub const PERIOD: Duration = Duration::millis(1);
+/// Plant steps in a period.
+const SUBSTEPS: u32 = 4;
+/// Bytes that a serial line of 115 200 baud carries in a period (10 bits each), in thousandths.
+const BYTES_PER_PERIOD: u32 = 11_520;
+
+/// One direction of the serial line.
+#[derive(Debug, Default)]
+struct Line {
+    bytes: VecDeque<u8>,
+    /// Thousandths of a byte that the line could have carried already.
+    credit: u32,
+}
+
+impl Line {
+    /// How many bytes pass in this period.
+    fn allowance(&mut self) -> u32 {
+        self.credit += BYTES_PER_PERIOD;
+        let whole = self.credit / 1000;
+        self.credit -= whole * 1000;
+        whole
+    }
+}
+
+/// A simulated base, complete.
+#[derive(Debug)]
+pub struct Rig {
+    plant: Plant,
+    wires: [Rc<Wires>; 2],
+    ideal: bool,
+    controller: Controller<Vehicle>,
+    desk: Desk,
+    interpreter: Interpreter,
+    now: Instant,
+    push: Push,
+    push_until: Instant,
+    estop: bool,
+    to_base: Line,
+    from_base: Line,
+}
+
+/// A vehicle on fake peripherals.
+///
+/// # Errors
+/// None: the fakes never refuse.
+pub fn vehicle(wires: &[Rc<Wires>; 2], robot: &Robot, params: &Params) -> Result<Vehicle> {
+    let config = params.build(PERIOD).vehicle;
+    let drive = |wheel: usize| -> Result<FakeDrive> {
+        let wires = Rc::clone(&wires[wheel]);
+        Ok(match robot.model {
+            Model::Dynamic => FakeDrive::bridge(wires, config.servo[wheel])?,
+            Model::Ideal => FakeDrive::Ideal(wires),
+        })
+    };
+    let qei = |wheel: usize| FakeQei::new(Rc::clone(&wires[wheel]), robot.narrow_counters);
+    Ok(DifferentialDrive::new(
+        qei(0),
+        qei(1),
+        drive(0)?,
+        drive(1)?,
+        &config,
+    ))
+}
+
+impl Rig {
+    /// Powers a robot up. The same robot and seed give the same run, bit for bit.
+    ///
+    /// # Errors
+    /// None: the fakes never refuse.
+    pub fn new(robot: &Robot, seed: u64) -> Result<Self> {
+        let plant = Plant::new(&robot.physics, seed);
+        let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
+        for (wires, count) in wires.iter().zip(plant.counts()) {
+            wires.edges.set(count);
+        }
+        let vehicle = vehicle(&wires, robot, &robot.params)?;
+        let mut controller = Controller::new(vehicle, robot.params.build(PERIOD), None);
+        let now = Instant::from_ticks(0);
+        controller.tick(now, &Inputs::default());
+        let desk = Interface::new(controller.snapshot(), robot.params.limits());
+        let identity = Identity {
+            target: "hil-sim",
+            reset_cause: "power-on",
+            period: PERIOD,
+        };
+        Ok(Self {
+            plant,
+            wires,
+            ideal: robot.model == Model::Ideal,
+            controller,
+            desk,
+            interpreter: Interpreter::new(identity, robot.params),
+            now,
+            push: Push::default(),
+            push_until: now,
+            estop: false,
+            to_base: Line::default(),
+            from_base: Line::default(),
+        })
+    }
+
+    /// Puts bytes on the line to the base; they arrive at 115 200 baud.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.to_base.bytes.extend(bytes);
+    }
+
+    /// Takes what has arrived from the base.
+    pub fn receive(&mut self) -> Vec<u8> {
+        self.from_base.bytes.drain(..).collect()
+    }
+
+    /// Bytes that have not reached the base yet.
+    pub fn backlog(&self) -> usize {
+        self.to_base.bytes.len()
+    }
+
+    /// Pushes the base for some seconds: N along it, N·m about it.
+    pub fn push(&mut self, force: f64, torque: f64, seconds: f64) {
+        self.push = Push { force, torque };
+        self.push_until = time::after(self.now, Duration::from_ticks((seconds * 1e6) as u64));
+    }
+
+    /// Opens the emergency-stop circuit, or closes it.
+    pub fn set_estop(&mut self, open: bool) {
+        self.estop = open;
+    }
+
+    /// The simulated time.
+    pub fn now(&self) -> Instant {
+        self.now
+    }
+
+    /// What the controller knows.
+    pub fn snapshot(&self) -> &Snapshot {
+        self.desk.snapshot()
+    }
+
+    /// The truth.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// The truth, to meddle with.
+    pub fn plant_mut(&mut self) -> &mut Plant {
+        &mut self.plant
+    }
+
+    /// One period: the plant moves on, the control loop ticks, bytes travel.
+    pub fn tick(&mut self) {
+        self.advance_plant();
+        self.now = time::after(self.now, PERIOD);
+        let inputs = Inputs {
+            supply: (!self.ideal).then(|| self.plant.bus_voltage() as f32),
+            estop: self.estop,
+        };
+        for event in self.controller.tick(self.now, &inputs) {
+            self.interpreter.notify(event);
+        }
+        self.desk.update(self.controller.snapshot());
+        self.carry_bytes();
+    }
+
+    fn advance_plant(&mut self) {
+        let push = if self.now < self.push_until {
+            self.push
+        } else {
+            Push::default()
+        };
+        let [left, right] = &self.wires;
+        let command = if self.ideal {
+            Command::Speed([f64::from(left.speed.get()), f64::from(right.speed.get())])
+        } else {
+            Command::Duty([left.signed_duty(), right.signed_duty()])
+        };
+        let input = Input { command, push };
+        let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
+        for _ in 0..SUBSTEPS {
+            self.plant.step(dt, &input);
+        }
+        let counts = self.plant.counts();
+        left.edges.set(counts[0]);
+        right.edges.set(counts[1]);
+    }
+
+    fn carry_bytes(&mut self) {
+        for _ in 0..self.to_base.allowance() {
+            if !self.interpreter.can_receive() {
+                break;
+            }
+            let Some(byte) = self.to_base.bytes.pop_front() else {
+                break;
+            };
+            self.interpreter.receive(byte);
+        }
+        self.interpreter.poll(&mut self.desk);
+        if let Some(request) = self.desk.take_request() {
+            // A desk has one request under way at a time, and every tick takes it.
+            let _ = self.controller.request(request);
+        }
+        for _ in 0..self.from_base.allowance() {
+            let Some(byte) = self.interpreter.transmit() else {
+                break;
+            };
+            self.from_base.bytes.push_back(byte);
+        }
+    }
+
+    /// A row of the trace.
+    pub fn row(&self) -> Row {
+        let snapshot = self.snapshot();
+        let estimate = snapshot.estimator.present();
+        let c = estimate.covariance.cast::<f64>();
+        let [true_x, true_y, true_theta] = self.plant.pose();
+        let (translation, rotation) = (&snapshot.translation, &snapshot.rotation);
+        let [left, right] = &snapshot.wheels;
+        let [left_current, right_current] = self.plant.current();
+        Row {
+            t: snapshot.time.ticks() as f64 * 1e-6,
+            true_x,
+            true_y,
+            true_theta,
+            est_x: estimate.pose.x,
+            est_y: estimate.pose.y,
+            est_theta: estimate.pose.theta,
+            cxx: c.m11,
+            cxy: c.m12,
+            cxt: c.m13,
+            cyy: c.m22,
+            cyt: c.m23,
+            ctt: c.m33,
+            s: translation.displacement,
+            s_ref: translation.reference(),
+            v_s: f64::from(translation.speed),
+            v_s_ref: f64::from(translation.reference_speed),
+            alpha: rotation.displacement,
+            alpha_ref: rotation.reference(),
+            v_alpha: f64::from(rotation.speed),
+            v_alpha_ref: f64::from(rotation.reference_speed),
+            move_state: translation.state.name().to_owned(),
+            turn_state: rotation.state.name().to_owned(),
+            left_count: left.count,
+            right_count: right.count,
+            left_speed: f64::from(left.speed),
+            right_speed: f64::from(right.speed),
+            left_duty: f64::from(left.duty),
+            right_duty: f64::from(right.duty),
+            left_current,
+            right_current,
+            battery: f64::from(snapshot.supply),
+            fault: snapshot.fault.map_or("none", |fault| fault.name()).to_owned(),
+        }
+    }
+}

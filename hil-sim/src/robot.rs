@@ -1,0 +1,166 @@
+//! Robots: what they truly are, and what their controller believes of them. One TOML file each.
+
+use crate::plant::Physics;
+use anyhow::{Context, Result, anyhow, bail};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use toml::Spanned;
+use vehicle_controller::params::{Id, ParamError, Params};
+
+/// The robots that come with the simulator: name and file.
+const PRESETS: [(&str, &str); 4] = [
+    ("default", include_str!("../robots/default.toml")),
+    ("uncalibrated", include_str!("../robots/uncalibrated.toml")),
+    ("ideal", include_str!("../robots/ideal.toml")),
+    ("robuter", include_str!("../robots/robuter.toml")),
+];
+
+/// How the wheels follow their commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// Motors, gears and tyres.
+    Dynamic,
+    /// Exactly.
+    Ideal,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    description: String,
+    model: Model,
+    counter_bits: Spanned<u32>,
+    physics: Physics,
+    #[serde(default)]
+    parameters: BTreeMap<String, Spanned<f64>>,
+}
+
+/// A robot.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    /// What it is, in a line.
+    pub description: String,
+    /// How the wheels follow.
+    pub model: Model,
+    /// Encoder counters have 16 bits, not 32.
+    pub narrow_counters: bool,
+    /// What it truly is.
+    pub physics: Physics,
+    /// What its controller believes.
+    pub params: Params,
+}
+
+impl Robot {
+    /// A robot by the name of a preset, or by the path of its file.
+    ///
+    /// # Errors
+    /// With file and line, if there is no such robot or its file is wrong.
+    pub fn load(name: &str) -> Result<Self> {
+        if let Some((_, text)) = PRESETS.iter().find(|(preset, _)| *preset == name) {
+            return Self::parse(text, name);
+        }
+        let path = Path::new(name);
+        if path.extension().is_none() {
+            let known: Vec<_> = PRESETS.iter().map(|(name, _)| *name).collect();
+            bail!(
+                "no robot `{name}`: there are {}, or give the path of a .toml file",
+                known.join(", ")
+            );
+        }
+        let text = std::fs::read_to_string(path).with_context(|| name.to_owned())?;
+        Self::parse(&text, name)
+    }
+
+    /// The names of the presets.
+    pub fn presets() -> impl Iterator<Item = &'static str> {
+        PRESETS.iter().map(|(name, _)| *name)
+    }
+
+    /// Reads a robot from its file's text; `name` is for messages.
+    ///
+    /// # Errors
+    /// With `name` and line, if the text is wrong.
+    pub fn parse(text: &str, name: &str) -> Result<Self> {
+        let line = |offset: usize| text[..offset].matches('\n').count() + 1;
+        let file: File = toml::from_str(text).map_err(|error| {
+            let at = error.span().map_or(1, |span| line(span.start));
+            anyhow!("{name}:{at}: {}", error.message())
+        })?;
+        let bits = *file.counter_bits.get_ref();
+        if bits != 16 && bits != 32 {
+            let at = line(file.counter_bits.span().start);
+            bail!("{name}:{at}: counter_bits must be 16 or 32, not {bits}");
+        }
+        file.physics
+            .validate()
+            .map_err(|error| anyhow!("{name}: {error}"))?;
+        let mut values = Vec::new();
+        let mut lines = BTreeMap::new();
+        for (key, value) in &file.parameters {
+            let at = line(value.span().start);
+            let Some(id) = Id::find(key.as_bytes()) else {
+                bail!("{name}:{at}: no parameter `{key}`");
+            };
+            lines.insert(id.spec().name, at);
+            values.push((id, *value.get_ref() as f32));
+        }
+        let mut params = Params::default();
+        params.set_all(&values).map_err(|error| {
+            let (ParamError::Range(id) | ParamError::Conflict(id, _)) = error;
+            let at = lines.get(id.spec().name).copied().unwrap_or(1);
+            anyhow!("{name}:{at}: {}", describe(error))
+        })?;
+        Ok(Self {
+            description: file.description,
+            model: file.model,
+            narrow_counters: bits == 16,
+            physics: file.physics,
+            params,
+        })
+    }
+}
+
+/// A parameter error with the range.
+pub fn describe(error: ParamError) -> String {
+    match error {
+        ParamError::Range(id) => {
+            let spec = id.spec();
+            format!(
+                "{} must be {} to {} {}",
+                spec.name, spec.min, spec.max, spec.unit
+            )
+        }
+        ParamError::Conflict(..) => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn presets_load() {
+        for name in Robot::presets() {
+            Robot::load(name).unwrap();
+        }
+    }
+
+    #[test]
+    fn mistakes_are_told_with_their_line() {
+        let good = PRESETS[0].1;
+        let line = 1 + good[..good.find("wheel_base").unwrap()].matches('\n').count();
+        for (wrong, message) in [
+            ("wheel_bass = 0.2", "no parameter `wheel_bass`"),
+            ("wheel_base = -1.0", "wheel_base must be 0.02 to 5 m"),
+            ("wheel_base = \"a\"", "invalid type"),
+        ] {
+            let text = good.replacen("wheel_base = 0.2", wrong, 1);
+            let error = Robot::parse(&text, "r.toml").unwrap_err().to_string();
+            assert!(error.starts_with(&format!("r.toml:{line}: ")), "{error}");
+            assert!(error.contains(message), "{error}");
+        }
+        assert!(Robot::load("nobody").unwrap_err().to_string().contains("uncalibrated"));
+    }
+}

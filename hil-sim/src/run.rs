@@ -1,0 +1,93 @@
+//! `run`: a script against the simulated base, as fast as it goes.
+
+use crate::trace_file::TraceFile;
+use anyhow::{Context, Result};
+use hil_sim::rig::{PERIOD, Rig};
+use hil_sim::script::{Action, Script};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::Write;
+use vehicle_controller::controller::State;
+
+/// Without `!end`, a run ends when the base has rested and said nothing for this long after the last line …
+const QUIET_TICKS: u64 = 1000;
+/// … or this long after it, if a motion has no end.
+const PATIENCE_TICKS: u64 = 60_000;
+
+/// Runs the script and writes what the base sends, each line with the time at which its end arrived.
+pub fn run(
+    rig: &mut Rig,
+    script: &Script,
+    mut trace: Option<TraceFile>,
+    out: &mut impl Write,
+) -> Result<Option<TraceFile>> {
+    let mut steps = script.steps.iter().peekable();
+    let last = script.steps.last().map_or(0.0, |step| step.time);
+    let mut line = Vec::new();
+    let (mut tick, mut quiet) = (0_u64, 0_u64);
+    let last_tick = ticks(last);
+    let progress = progress(last_tick);
+    'run: loop {
+        while let Some(step) = steps.next_if(|step| ticks(step.time) <= tick) {
+            match &step.action {
+                Action::Send(text) => rig.send(format!("{text}\n").as_bytes()),
+                Action::Push {
+                    force,
+                    torque,
+                    seconds,
+                } => rig.push(*force, *torque, *seconds),
+                Action::End => break 'run,
+            }
+        }
+        rig.tick();
+        tick += 1;
+        if let Some(trace) = &mut trace {
+            trace.note(rig)?;
+        }
+        quiet += 1;
+        for byte in rig.receive() {
+            quiet = 0;
+            match byte {
+                b'\n' => {
+                    let seconds = rig.now().ticks() as f64 * 1e-6;
+                    let text = String::from_utf8_lossy(&line);
+                    writeln!(out, "{seconds:.3}\t{text}").context("standard output")?;
+                    line.clear();
+                }
+                b'\r' => {}
+                byte => line.push(byte),
+            }
+        }
+        if tick.is_multiple_of(10_000) {
+            progress.set_position(tick.min(last_tick));
+        }
+        if steps.peek().is_none() {
+            let snapshot = rig.snapshot();
+            let busy = rig.backlog() > 0
+                || snapshot.translation.state != State::Hold
+                || snapshot.rotation.state != State::Hold;
+            if busy {
+                quiet = 0;
+            }
+            if quiet > QUIET_TICKS || tick > last_tick + PATIENCE_TICKS {
+                break;
+            }
+        }
+    }
+    progress.finish_and_clear();
+    out.flush().context("standard output")?;
+    Ok(trace)
+}
+
+fn ticks(seconds: f64) -> u64 {
+    (seconds * 1e6 / PERIOD.ticks() as f64).round() as u64
+}
+
+/// A bar on a terminal, for runs that are long enough to be waited for.
+fn progress(ticks: u64) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(ticks), ProgressDrawTarget::stderr());
+    bar.set_style(
+        ProgressStyle::with_template("{wide_bar} {percent} % of the script, {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    bar
+}

@@ -1,0 +1,68 @@
+//! The trace of a run: rows at a fixed period, into a file, into memory for a plot, or both.
+
+use anyhow::{Context, Result};
+use hil_sim::rig::{PERIOD, Rig};
+use hil_sim::trace::{Row, Writer};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+/// Collects rows.
+pub struct TraceFile {
+    writer: Option<Writer<BufWriter<File>>>,
+    rows: Option<Vec<Row>>,
+    every: u64,
+    ticks: u64,
+}
+
+impl TraceFile {
+    /// Collects a row every `period` seconds, into a file if there is one, and in memory if `keep`. None if neither is wanted.
+    pub fn create(path: Option<&Path>, keep: bool, period: f64) -> Result<Option<Self>> {
+        if path.is_none() && !keep {
+            return Ok(None);
+        }
+        let writer = match path {
+            Some(path) => {
+                let file = File::create(path).with_context(|| path.display().to_string())?;
+                Some(Writer::new(BufWriter::new(file)))
+            }
+            None => None,
+        };
+        let tick = PERIOD.ticks() as f64 * 1e-6;
+        Ok(Some(Self {
+            writer,
+            rows: keep.then(Vec::new),
+            every: ((period / tick).round() as u64).max(1),
+            ticks: 0,
+        }))
+    }
+
+    /// Notes the state after a tick, if it is time to.
+    pub fn note(&mut self, rig: &Rig) -> Result<()> {
+        if self.ticks.is_multiple_of(self.every) {
+            let row = rig.row();
+            if let Some(writer) = &mut self.writer {
+                writer.write(&row)?;
+            }
+            if let Some(rows) = &mut self.rows {
+                rows.push(row);
+            }
+        }
+        self.ticks += 1;
+        Ok(())
+    }
+
+    /// Writes what is left.
+    pub fn finish(self) -> Result<()> {
+        self.into_rows().map(drop)
+    }
+
+    /// Writes what is left, and gives the rows that were kept.
+    pub fn into_rows(self) -> Result<Vec<Row>> {
+        if let Some(writer) = self.writer {
+            use std::io::Write;
+            writer.finish()?.flush().context("trace")?;
+        }
+        Ok(self.rows.unwrap_or_default())
+    }
+}
