@@ -169,7 +169,10 @@ fn run_command(run: &Run) -> Result<()> {
 }
 
 fn title(script: &Path, robot: &str) -> String {
-    format!("{} on {robot}", script.file_name().unwrap_or_default().to_string_lossy())
+    format!(
+        "{} on {robot}",
+        script.file_name().unwrap_or_default().to_string_lossy()
+    )
 }
 
 fn replay_command(args: &Replay) -> Result<()> {

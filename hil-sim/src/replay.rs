@@ -46,8 +46,11 @@ impl Log {
             .headers()
             .with_context(|| format!("{shown}:1"))?
             .clone();
-        let columns: BTreeMap<&str, usize> =
-            headers.iter().enumerate().map(|(i, name)| (name, i)).collect();
+        let columns: BTreeMap<&str, usize> = headers
+            .iter()
+            .enumerate()
+            .map(|(i, name)| (name, i))
+            .collect();
         let column = |name: &str| columns.get(name).copied();
         let required = |name: &str| {
             column(name).ok_or_else(|| anyhow!("{shown}:1: there is no column `{name}`"))

@@ -266,7 +266,10 @@ impl Rig {
             left_current,
             right_current,
             battery: f64::from(snapshot.supply),
-            fault: snapshot.fault.map_or("none", |fault| fault.name()).to_owned(),
+            fault: snapshot
+                .fault
+                .map_or("none", |fault| fault.name())
+                .to_owned(),
         }
     }
 }

@@ -150,7 +150,9 @@ mod tests {
     #[test]
     fn mistakes_are_told_with_their_line() {
         let good = PRESETS[0].1;
-        let line = 1 + good[..good.find("wheel_base").unwrap()].matches('\n').count();
+        let line = 1 + good[..good.find("wheel_base").unwrap()]
+            .matches('\n')
+            .count();
         for (wrong, message) in [
             ("wheel_bass = 0.2", "no parameter `wheel_bass`"),
             ("wheel_base = -1.0", "wheel_base must be 0.02 to 5 m"),
@@ -161,6 +163,11 @@ mod tests {
             assert!(error.starts_with(&format!("r.toml:{line}: ")), "{error}");
             assert!(error.contains(message), "{error}");
         }
-        assert!(Robot::load("nobody").unwrap_err().to_string().contains("uncalibrated"));
+        assert!(
+            Robot::load("nobody")
+                .unwrap_err()
+                .to_string()
+                .contains("uncalibrated")
+        );
     }
 }

@@ -63,7 +63,11 @@ impl Script {
             let step = parse_step(line).map_err(|error| anyhow!("{at}: {error}"))?;
             if let Some(last) = steps.last() {
                 if step.time < last.time {
-                    bail!("{at}: time {} is before the line before ({})", step.time, last.time);
+                    bail!(
+                        "{at}: time {} is before the line before ({})",
+                        step.time,
+                        last.time
+                    );
                 }
                 if last.action == Action::End {
                     bail!("{at}: after !end");
@@ -142,7 +146,10 @@ mod tests {
     fn mistakes_are_told_with_their_line() {
         for (text, message) in [
             ("", "s: the script is empty"),
-            ("0 m 1\nx m 1", "s:2: a line begins with its time in seconds"),
+            (
+                "0 m 1\nx m 1",
+                "s:2: a line begins with its time in seconds",
+            ),
             ("1 m 1\n0 m 1", "s:2: time 0 is before the line before (1)"),
             ("-1 m 1", "s:1: time -1 is negative"),
             ("0", "s:1: nothing to send after the time"),

@@ -84,6 +84,9 @@ enum Pending {
 /// The longest an axis waits in HOLD before it reports all the same, s.
 const PATIENCE: f32 = 0.5;
 
+/// How much faster than commanded an axis may go to catch up with its reference.
+const OVERSPEED: f32 = 1.03;
+
 /// What happened on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AxisEvent {
@@ -235,10 +238,18 @@ impl Axis {
 
     /// Velocity to command: v_ref + k_p (s_ref − S), with v_ref the mean of the cycle under way.
     ///
-    /// The correction is bounded by that of the largest error, so a vehicle that was pushed away comes back gently.
+    /// The correction is bounded by that of the largest error, so a vehicle that was pushed away comes back gently, and while the reference moves
+    /// the whole by [`OVERSPEED`], so a vehicle that was held up does not race after it.
     #[must_use]
     pub fn velocity(&self, config: &AxisConfig) -> f32 {
-        self.ahead / config.period + limit(config.gain * self.error, config.gain * config.max_error)
+        let reference = self.ahead / config.period;
+        let velocity = reference + limit(config.gain * self.error, config.gain * config.max_error);
+        if self.state == State::Hold {
+            velocity
+        } else {
+            let pace = self.profile.pace().max(reference.abs());
+            limit(velocity, OVERSPEED * pace)
+        }
     }
 
     /// Acceleration of the reference in the cycle under way.

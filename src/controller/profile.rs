@@ -99,6 +99,12 @@ impl Profile {
         self.speed.get()
     }
 
+    /// Speed of the command, 0 if it is to stop.
+    #[must_use]
+    pub fn pace(&self) -> f32 {
+        self.max_speed
+    }
+
     /// True if the reference stands where it was sent.
     #[must_use]
     pub fn has_landed(&self) -> bool {
@@ -130,7 +136,7 @@ impl Profile {
                 let u = before * direction;
                 // r' = r − u T/2
                 let rest = distance * direction - 0.5 * u * period;
-                if self.lands(u, rest, change, period) {
+                if Self::lands(u, rest, change, period) {
                     return self.land(distance);
                 }
                 (direction, self.approach(remaining, u, rest, period))
@@ -174,10 +180,12 @@ impl Profile {
         }
     }
 
-    /// True if this cycle can end at the target, but for rounding: r' is less than a thousandth of a T² (0.5 nm for 0.5 m/s² at 1 kHz).
-    fn lands(&self, u: f32, rest: f32, change: f32, period: f32) -> bool {
-        const ROUNDING: f32 = 1e-3;
-        rest.abs() <= ROUNDING * change * period && u >= 0.0 && u <= change * (1.0 + ROUNDING)
+    /// True if this cycle can end at the target, but for rounding.
+    ///
+    /// Each displacement is an f32; over some thousand cycles of full braking, which leave no room to make up for it, that comes to nanometres.
+    /// A twentieth of a T² (25 nm for 0.5 m/s² at 1 kHz) is more, and less than the last cycle's own displacement.
+    fn lands(u: f32, rest: f32, change: f32, period: f32) -> bool {
+        rest.abs() <= 0.05 * change * period && u >= 0.0 && u <= change * (1.0 + 1e-3)
     }
 
     /// What to strive for: v, or v_b where it is less.

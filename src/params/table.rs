@@ -136,7 +136,7 @@ parameters! {
     /// Position gain of the translation.
     MoveGain "move_gain" "1/s" 0.0..100.0 = 8.0 Value;
     /// Position gain of the rotation.
-    TurnGain "turn_gain" "1/s" 0.0..100.0 = 8.0 Value;
+    TurnGain "turn_gain" "1/s" 0.0..100.0 = 10.0 Value;
     /// Following error beyond which the translation's reference waits.
     MoveLag "move_lag" "m" 1e-4..1.0 = 0.006 Value;
     /// Following error beyond which the rotation's reference waits.
@@ -154,9 +154,9 @@ parameters! {
     /// Voltage per acceleration.
     MotorAccelGain "motor_accel_gain" "V*s2/m" 0.0..1000.0 = 0.5 Value;
     /// Proportional gain of the wheel servos.
-    ServoP "servo_p" "V*s/m" 0.0..10000.0 = 20.0 Value;
+    ServoP "servo_p" "V*s/m" 0.0..10000.0 = 25.0 Value;
     /// Integral gain of the wheel servos.
-    ServoI "servo_i" "V/m" 0.0..100000.0 = 150.0 Value;
+    ServoI "servo_i" "V/m" 0.0..100000.0 = 250.0 Value;
     /// Largest part of the integral in the output.
     ServoILimit "servo_i_limit" "V" 0.0..48.0 = 3.0 Value;
     /// Largest duty.

@@ -29,11 +29,15 @@ pub struct Config {
 
 /// The direction of a friction voltage is blended over this speed, so that a command that flickers about zero does not shake the gears (m/s).
 const FRICTION_BLEND: f32 = 0.004;
-/// The integral learns only while the speed error is below this share of the commanded speed, or below [`LEARNING_FLOOR`]:
-/// what a blocked wheel would teach it is wrong once the wheel is free.
+/// The integral learns only while the speed error is below this share of the commanded speed, or below [`LEARNING_FLOOR`]: what a wheel that is
+/// blocked at speed would teach it is wrong once the wheel is free.
 const LEARNING_SHARE: f32 = 0.3;
-/// m/s.
-const LEARNING_FLOOR: f32 = 0.03;
+/// m/s. An axis whose reference waits asks for less than this, so a base that is stuck gathers force.
+const LEARNING_FLOOR: f32 = 0.06;
+/// Once the wheel runs ahead of its command by this much (m/s) …
+const OVERRUN: f32 = 0.01;
+/// … the integral is forgotten with this time constant, s: what freed a stuck wheel must be gone before the wheel has gathered speed.
+const FORGETTING: f32 = 0.02;
 
 /// The controller proper: speed error to voltage.
 ///
@@ -69,6 +73,9 @@ impl Regulator {
                 self.integral + config.integral * error * dt,
                 config.integral_limit,
             );
+        }
+        if error * self.integral < 0.0 && error.abs() > OVERRUN {
+            self.integral -= self.integral * dt / (FORGETTING + dt);
         }
         limit(feed_forward + proportional + self.integral, available)
     }

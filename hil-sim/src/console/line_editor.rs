@@ -47,7 +47,11 @@ fn complete(line: &str, position: usize) -> (usize, Vec<Pair>) {
     };
     (
         start,
-        names.into_iter().filter(|name| starts(name)).map(pair).collect(),
+        names
+            .into_iter()
+            .filter(|name| starts(name))
+            .map(pair)
+            .collect(),
     )
 }
 
@@ -67,7 +71,9 @@ pub fn open() -> Result<Port> {
     }
     let mut printer = editor.create_external_printer()?;
     let (sender, input) = mpsc::sync_channel(16);
-    println!("Type commands: m 1, t 90, GetEstPos, Help. Tab completes, Ctrl-C stops the base, Ctrl-D leaves.");
+    println!(
+        "Type commands: m 1, t 90, GetEstPos, Help. Tab completes, Ctrl-C stops the base, Ctrl-D leaves."
+    );
     std::thread::spawn(move || {
         loop {
             let line = match editor.readline("> ") {

@@ -50,7 +50,9 @@ pub fn open(address: SocketAddr) -> Result<Port> {
         input,
         output: Box::new(move |bytes| {
             let mut client = client.lock().unwrap_or_else(PoisonError::into_inner);
-            if client.as_mut().is_some_and(|stream| stream.write_all(bytes).is_err())
+            if client
+                .as_mut()
+                .is_some_and(|stream| stream.write_all(bytes).is_err())
                 && let Some(gone) = client.take()
             {
                 // It is gone already, or too slow to be kept.

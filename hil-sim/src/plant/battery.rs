@@ -38,14 +38,15 @@ impl Battery {
 
     /// Voltage of the bus with these motors connected \[V\].
     ///
-    /// The voltage and the currents depend on each other; solved together there is no loop with a delay that could
-    /// oscillate, whatever the internal resistance. A braking motor charges the battery.
+    /// The voltage and the currents depend on each other; solved together there is no loop with a
+    /// delay that could oscillate, whatever the internal resistance. A braking motor charges the
+    /// battery.
     #[inline]
     pub(super) fn bus(&self, motors: [Consumer; 2]) -> f64 {
         let (mut short, mut back) = (0.0, 0.0);
         for m in motors {
-            // The bridge, averaged over the PWM, passes power on: V_bus·I_bus = (d·V_bus)·i, so I_bus = d·i
-            // with i = (d·s·V_bus − e)·G.
+            // The bridge, averaged over the PWM, passes power on: V_bus·I_bus = (d·V_bus)·i, so
+            // I_bus = d·i with i = (d·s·V_bus − e)·G.
             short += m.drive * m.drive * m.strength * m.conductance;
             back += m.drive * m.emf * m.conductance;
         }

@@ -9,7 +9,8 @@ pub(super) const GRAVITY: f64 = 9.806_65;
 /// Speed below which the casters' drag fades \[m/s\].
 const CASTER_FADE: f64 = 1e-3;
 
-/// The body and its motion. Velocities are in its own frame, of the point midway between the wheels.
+/// The body and its motion. Velocities are in its own frame, of the point midway between the
+/// wheels.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     /// \[kg\].
@@ -61,10 +62,12 @@ impl Body {
         [velocity.forward - swing, velocity.forward + swing]
     }
 
-    /// The velocity, not moved through the world, in the frame as it is after it turned for `dt` \[s\].
+    /// The velocity, not moved through the world, in the frame as it is after it turned for `dt`
+    /// \[s\].
     ///
-    /// This is the centripetal term of the equations of motion, u̇ = … + r·v and v̇ = … − r·u. A rational rotation (Cayley)
-    /// keeps the speed's magnitude exactly; taken as forces, these terms would feed energy in.
+    /// This is the centripetal term of the equations of motion, u̇ = … + r·v and v̇ = … − r·u. A
+    /// rational rotation (Cayley) keeps the speed's magnitude exactly; taken as forces, these terms
+    /// would feed energy in.
     #[inline]
     pub(super) fn turned(&self, dt: f64) -> Velocity {
         let Velocity {
@@ -93,8 +96,8 @@ impl Body {
 
     /// The velocity at the end of a step of `dt` \[s\].
     ///
-    /// `start` is the velocity at its beginning, `trials` the wheels' forces, `grip` the sum of the tyres' grips and
-    /// `damping` the casters' \[N·s/m\].
+    /// `start` is the velocity at its beginning, `trials` the wheels' forces, `grip` the sum of the
+    /// tyres' grips and `damping` the casters' \[N·s/m\].
     #[inline]
     pub(super) fn solve(
         &self,
@@ -122,7 +125,8 @@ impl Body {
         let yaw_impulse = self.yaw_inertia * start.yaw
             + dt * (h * (right.force - left.force) + push.torque)
             - arm * lateral_fixed;
-        // [forward_inertia, coupling; coupling, yaw_inertia]·[u'; r'] = impulses: symmetric and positive definite
+        // [forward_inertia, coupling; coupling, yaw_inertia]·[u'; r'] = impulses: symmetric and
+        // positive definite
         let inverse = 1.0 / (forward_inertia * yaw_inertia - coupling * coupling);
         let forward = (forward_impulse * yaw_inertia - coupling * yaw_impulse) * inverse;
         let yaw = (forward_inertia * yaw_impulse - coupling * forward_impulse) * inverse;

@@ -19,7 +19,8 @@ impl Bridge {
         }
     }
 
-    /// The part of the bus voltage, −1..1, that a duty cycle of −1..1 puts on the motor. Larger duties are cut.
+    /// The part of the bus voltage, −1..1, that a duty cycle of −1..1 puts on the motor. Larger
+    /// duties are cut.
     #[inline]
     pub(super) fn drive(&self, duty: f64) -> f64 {
         // d' = sign(d)·max(0, |d| − d_0)/(1 − d_0)

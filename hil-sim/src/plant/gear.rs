@@ -55,7 +55,8 @@ impl Gear {
         }
     }
 
-    /// How far the flanks of a contact overlap at a twist; negative for [`Contact::Behind`] \[rad\].
+    /// How far the flanks of a contact overlap at a twist; negative for [`Contact::Behind`]
+    /// \[rad\].
     #[inline]
     pub(super) fn excess(&self, contact: Contact, twist: f64) -> f64 {
         match contact {
@@ -67,8 +68,8 @@ impl Gear {
 
     /// The impulse of a step of `dt` \[s\] that starts at a twist, with the contact given.
     ///
-    /// The torque is taken at the end of the step: that takes energy out of the contact, never puts any in, however stiff
-    /// it is.
+    /// The torque is taken at the end of the step: that takes energy out of the contact, never puts
+    /// any in, however stiff it is.
     #[inline]
     pub(super) fn mesh(&self, contact: Contact, twist: f64, dt: f64) -> Mesh {
         if contact == Contact::Apart {
@@ -84,8 +85,8 @@ impl Gear {
         }
     }
 
-    /// The contact that a step ought to have had, when it was made with `contact`, started at `twist` and ended with a
-    /// motor that turns faster than the wheel by `relative` \[rad/s\].
+    /// The contact that a step ought to have had, when it was made with `contact`, started at
+    /// `twist` and ended with a motor that turns faster than the wheel by `relative` \[rad/s\].
     #[inline]
     pub(super) fn judge(&self, contact: Contact, twist: f64, relative: f64, dt: f64) -> Contact {
         // The contact can push, but not pull: the sign of its impulse decides.

@@ -1,20 +1,27 @@
-//! The physics of a robot base with two driven wheels: battery, bridges, motors, gears, tyres, body and encoders.
+//! The physics of a robot base with two driven wheels: battery, bridges, motors, gears, tyres, body
+//! and encoders.
 //!
-//! It is written from mechanics alone and shares nothing with the controller: the true wheel diameters and wheel base
-//! are parameters here, and may differ from what the controller believes.
+//! It is written from mechanics alone and shares nothing with the controller: the true wheel
+//! diameters and wheel base are parameters here, and may differ from what the controller believes.
 //!
-//! Each step is semi-implicit: all forces that could make a stiff system (gear, tyre, back-EMF, drag) are taken at the
-//! end of the step as dampings and springs, which makes the equations linear. Wheel by wheel the motor's and the
-//! wheel's speed are eliminated, a system of three is left for the body. Such a step only takes energy out, so it is stable
-//! at any length; 250 µs is meant.
+//! Each step is semi-implicit: all forces that could make a stiff system (gear, tyre, back-EMF,
+//! drag) are taken at the end of the step as dampings and springs, which makes the equations
+//! linear. Wheel by wheel the motor's and the wheel's speed are eliminated, a system of three is
+//! left for the body. Of itself such a step only takes energy out, so it is stable at any length;
+//! 250 µs is meant.
 
 mod battery;
 mod body;
 mod bridge;
 mod encoder;
 mod gear;
+mod input;
 mod motor;
 mod params;
+#[cfg(test)]
+mod robots;
+#[cfg(test)]
+mod tests;
 mod tyre;
 mod wheel;
 
@@ -26,6 +33,7 @@ use body::{Body, Velocity};
 use bridge::Bridge;
 use encoder::Encoder;
 use gear::Gear;
+pub use input::{Command, Input, Push};
 use motor::Motor;
 pub use params::{
     BatteryParams, BodyParams, BridgeParams, EncoderParams, MotorParams, Physics, TyreParams,
@@ -34,36 +42,9 @@ pub use params::{
 use tyre::Tyre;
 use wheel::Wheel;
 
-/// How often the branches of a step may be corrected. Two or three are common when something changes; the rest is for steps
-/// in which both wheels start to slide at once.
+/// How often the branches of a step may be corrected. Two or three are common when something
+/// changes; the rest is for steps in which both wheels start to slide at once.
 const MAX_TRIALS: usize = 8;
-
-/// What drives the wheels, left and right.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Command {
-    /// Duty cycles of the bridges, −1..1. Zero shorts the motor.
-    Duty([f64; 2]),
-    /// Speeds of the rims \[m/s\] which ideal wheels follow at once, without slip: no force acts on such a base.
-    Speed([f64; 2]),
-}
-
-/// A force from outside on the body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Push {
-    /// Along the body's x axis, through the middle of the axle \[N\].
-    pub force: f64,
-    /// About the vertical axis, counterclockwise \[N·m\].
-    pub torque: f64,
-}
-
-/// What acts on the robot during a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Input {
-    /// What drives the wheels.
-    pub command: Command,
-    /// What pushes the body; without effect under [`Command::Speed`].
-    pub push: Push,
-}
 
 /// A robot base in motion. Index 0 is the left wheel, 1 the right one.
 #[derive(Clone, Debug)]
@@ -80,15 +61,17 @@ pub struct Plant {
 impl Plant {
     /// A robot base at rest at the origin.
     ///
-    /// The seed determines what is unknown about a real one: where the encoders' discs and the gears stand within a count and
-    /// within the backlash, and how much each motor is off by `motor.spread`. The parameters should have been validated.
+    /// The seed determines what is unknown about a real one: where the encoders' discs and the
+    /// gears stand within a count and within the backlash, and how much each motor is off by
+    /// `motor.spread`. The parameters should have been validated.
     pub fn new(physics: &Physics, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let load = 0.5 * physics.body.load_share * physics.body.mass * body::GRAVITY;
         let diameters = [physics.wheels.diameter_left, physics.wheels.diameter_right];
         let mut encoders = [0, 1].map(|_| Encoder::new(&physics.encoder, 0.0));
         let wheels = [0, 1].map(|side| {
-            // Always the same draws in the same order, so that no parameter changes what another one gets.
+            // Always the same draws in the same order, so that no parameter changes what another
+            // one gets.
             encoders[side] = Encoder::new(&physics.encoder, random.random());
             let place = random.random::<f64>() - 0.5;
             let factors = [(); 3].map(|()| 1.0 + physics.motor.spread * normal(&mut random));
@@ -162,8 +145,8 @@ impl Plant {
             let grip = guesses[0].grip + guesses[1].grip;
             let velocity = self.body.solve(start, &trials, grip, damping, push, dt);
             let ground = self.body.ground(velocity);
-            remaining -= 1; 
-            if remaining == 0 { 
+            remaining -= 1;
+            if remaining == 0 {
                 break (trials, velocity, ground);
             }
             let lateral = velocity.lateral;
@@ -215,7 +198,8 @@ impl Plant {
         );
     }
 
-    /// Where the middle of the axle is, and the heading: x, y \[m\], θ \[rad\], counterclockwise, not wrapped.
+    /// Where the middle of the axle is, and the heading: x, y \[m\], θ \[rad\], counterclockwise,
+    /// not wrapped.
     pub fn pose(&self) -> [f64; 3] {
         self.body.pose
     }
@@ -225,7 +209,8 @@ impl Plant {
         (self.body.velocity.forward, self.body.velocity.yaw)
     }
 
-    /// Speeds of the wheels' rims, R·ω_w \[m/s\]. They differ from the speed over ground by the slip.
+    /// Speeds of the wheels' rims, R·ω_w \[m/s\]. They differ from the speed over ground by the
+    /// slip.
     pub fn wheel_speed(&self) -> [f64; 2] {
         self.wheels
             .each_ref()
@@ -256,7 +241,8 @@ impl Plant {
         self.wheels[wheel].motor.strength = strength;
     }
 
-    /// Holds one motor, or lets it go. Held, its wheel still moves within the backlash and the tyre may slide.
+    /// Holds one motor, or lets it go. Held, its wheel still moves within the backlash and the tyre
+    /// may slide.
     ///
     /// # Panics
     ///

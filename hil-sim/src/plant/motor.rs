@@ -2,8 +2,8 @@
 
 use super::params::MotorParams;
 
-/// A motor, without its state of motion. The winding's inductance is neglected: its time constant is far below the
-/// mechanical one.
+/// A motor, without its state of motion. The winding's inductance is neglected: its time constant
+/// is far below the mechanical one.
 #[derive(Clone, Debug)]
 pub(super) struct Motor {
     /// Torque and back-EMF constant \[N·m/A = V·s/rad\].
@@ -26,7 +26,8 @@ pub(super) struct Motor {
 }
 
 impl Motor {
-    /// A motor whose torque constant, resistance and dry friction are those of the parameters times these factors.
+    /// A motor whose torque constant, resistance and dry friction are those of the parameters times
+    /// these factors.
     pub(super) fn new(params: &MotorParams, factors: [f64; 3]) -> Self {
         let [constant, resistance, friction] = factors;
         let emf_constant = params.torque_constant * constant;

@@ -32,8 +32,8 @@ pub struct BodyParams {
     pub mass: f64,
     /// Moment of inertia about the vertical axis through the axle's middle \[kg·m²\].
     pub yaw_inertia: f64,
-    /// The part of the weight that the two driven wheels carry, 0..1; the casters carry the rest. With 0 and no caster
-    /// friction the robot is jacked up.
+    /// The part of the weight that the two driven wheels carry, 0..1; the casters carry the rest.
+    /// With 0 and no caster friction the robot is jacked up.
     pub load_share: f64,
     /// Where the casters are, ahead of the axle (negative: behind it) \[m\].
     pub caster_position: f64,
@@ -81,7 +81,8 @@ pub struct MotorParams {
     pub gear_stiffness: f64,
     /// Damping of the gear in contact \[N·m·s/rad\].
     pub gear_damping: f64,
-    /// Relative standard deviation of torque constant, resistance and dry friction from motor to motor \[1\].
+    /// Relative standard deviation of torque constant, resistance and dry friction from motor to
+    /// motor \[1\].
     pub spread: f64,
 }
 

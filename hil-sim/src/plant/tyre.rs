@@ -28,8 +28,8 @@ impl Tyre {
 
     /// The grip \[N·s/m\]: the force, which opposes the slip, over the slip speed.
     ///
-    /// `rim` is the wheel's R·ω, `ground` the forward speed over ground where it touches, `lateral` the sideways speed
-    /// there \[m/s\].
+    /// `rim` is the wheel's R·ω, `ground` the forward speed over ground where it touches, `lateral`
+    /// the sideways speed there \[m/s\].
     #[inline]
     pub(super) fn grip(&self, rim: f64, ground: f64, lateral: f64) -> f64 {
         let longitudinal = rim - ground;
@@ -37,7 +37,8 @@ impl Tyre {
         let reference = rim.abs().max(ground.abs()) + self.rest_speed;
         // v_s = √(v_x² + v_y²): one slip, so that both forces share one friction circle
         let slip = (longitudinal * longitudinal + lateral * lateral).sqrt();
-        // With x = (C/μ)·v_s/v_ref the force is F = μ·N·x/(1 + x), and F/v_s = C·N/(v_ref + (C/μ)·v_s).
+        // With x = (C/μ)·v_s/v_ref the force is F = μ·N·x/(1 + x), and F/v_s = C·N/(v_ref +
+        // (C/μ)·v_s).
         self.stiffness / (reference + self.steepness * slip)
     }
 }
@@ -59,7 +60,8 @@ mod tests {
 
     #[test]
     fn small_slip_is_proportional() {
-        // Slip ratio 1e-5: x = 1.9e-3, and 1/(1 + x) and v_0 = 2e-3 of 1 m/s each take 0.2 % off C·N·s.
+        // Slip ratio 1e-5: x = 1.9e-3, and 1/(1 + x) and v_0 = 2e-3 of 1 m/s each take 0.2 % off
+        // C·N·s.
         let force = tyre().grip(1.0 + 1e-5, 1.0, 0.0) * 1e-5;
         assert!(
             (force / (150.0 * 10.0 * 1e-5) - 1.0).abs() < 5e-3,
@@ -73,7 +75,8 @@ mod tests {
         for angle in 0..12 {
             let (y, x) = (f64::from(angle) * 0.5).sin_cos();
             let force = tyre.grip(2.0 * x, 0.0, 2.0 * y) * 2.0;
-            // x/(1 + x) with x = 187 (all slip) or more (the reference falls when the slip is sideways).
+            // x/(1 + x) with x = 187 (all slip) or more (the reference falls when the slip is
+            // sideways).
             assert!(force < tyre.limit && force > 0.99 * tyre.limit, "{force}");
         }
     }

@@ -1,4 +1,5 @@
-//! One side of the drive: motor, gear, wheel and tyre, reduced to a force that is linear in the speed over ground.
+//! One side of the drive: motor, gear, wheel and tyre, reduced to a force that is linear in the
+//! speed over ground.
 
 use super::gear::{Contact, Gear, Mesh};
 use super::motor::Motor;
@@ -45,8 +46,8 @@ enum Motion {
     Sliding(f64),
 }
 
-/// What a step is taken to be like before it is known. Friction and contacts have no derivative; each combination of
-/// their branches is linear, and the right one is found by trying.
+/// What a step is taken to be like before it is known. Friction and contacts have no derivative;
+/// each combination of their branches is linear, and the right one is found by trying.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guess {
     contact: Contact,
@@ -63,6 +64,8 @@ pub(super) struct Trial {
     /// B of the force on the body \[N·s/m\].
     pub slope: f64,
     mesh: Mesh,
+    /// Inertia that the tyre's force meets on the wheel \[kg·m²\].
+    own: f64,
     /// ω_w' = wheel_fixed + wheel_rate·v_c'
     wheel_fixed: f64,
     wheel_rate: f64,
@@ -72,8 +75,8 @@ pub(super) struct Trial {
 }
 
 impl Wheel {
-    /// The first guess for a step of `dt` \[s\], from the state before it; `ground` and `lateral` are the speeds over ground
-    /// where the tyre touches \[m/s\].
+    /// The first guess for a step of `dt` \[s\], from the state before it; `ground` and `lateral`
+    /// are the speeds over ground where the tyre touches \[m/s\].
     #[inline]
     pub(super) fn guess(&self, ground: f64, lateral: f64, dt: f64) -> Guess {
         Guess {
@@ -102,7 +105,8 @@ impl Wheel {
             let torque =
                 self.motor.stall_torque(voltage) - sign * self.motor.dry_friction(self.motor_speed);
             let impulse = self.motor.inertia * self.motor_speed + dt * torque - mesh.fixed;
-            // g − g²/a_m = g·(a_m − g)/a_m is what the wheel feels of the motor; written so, nothing cancels.
+            // g − g²/a_m = g·(a_m − g)/a_m is what the wheel feels of the motor; written so,
+            // nothing cancels.
             (
                 impulse * inverse,
                 mesh.rate * inverse,
@@ -113,17 +117,20 @@ impl Wheel {
         };
         // The rolling resistance as a damping, M_r·ω'/(|ω| + ω_r)
         let rolling = self.rolling / (self.speed.abs() + ROLLING_FADE);
-        // J_w·ω_w' = J_w·ω_w + h + g·(ω_m' − ω_w') − dt·M_r' − dt·D·R·(R·ω_w' − v_c'), with ω_m' put in
+        // J_w·ω_w' = J_w·ω_w + h + g·(ω_m' − ω_w') − dt·M_r' − dt·D·R·(R·ω_w' − v_c'), with ω_m'
+        // put in
         let own = self.inertia + dt * rolling + reflected;
         let pull = guess.grip * self.radius;
         let inverse = 1.0 / (own + dt * pull * self.radius);
         let impulse = self.inertia * self.speed + mesh.fixed + mesh.rate * motor_fixed;
         let wheel_fixed = impulse * inverse;
         Trial {
-            // F = D·(R·ω_w' − v_c') = D·R·ω_fixed − D·(1 − dt·D·R²/ã)·v_c', where 1 − dt·D·R²/ã = own/ã
+            // F = D·(R·ω_w' − v_c') = D·R·ω_fixed − D·(1 − dt·D·R²/ã)·v_c', where 1 − dt·D·R²/ã =
+            // own/ã
             force: pull * wheel_fixed,
             slope: guess.grip * own * inverse,
             mesh,
+            own,
             wheel_fixed,
             wheel_rate: dt * pull * inverse,
             motor_fixed,
@@ -174,8 +181,13 @@ impl Wheel {
         let slip = rim - ground;
         let limit = LIMIT_SLACK * self.tyre.limit;
         // F_x² + F_y² ≤ (μ·N)²
-        if guess.grip * guess.grip * (slip * slip + lateral * lateral) > limit * limit {
-            guess.grip = guess.grip.min(self.tyre.grip(rim, ground, lateral));
+        let square = slip * slip + lateral * lateral;
+        if guess.grip * guess.grip * square > limit * limit {
+            // What the tyre cannot hold turns the wheel further: R·Δω = (dt·R²/J)·ΔF. A grip for
+            // the slip without that would take many trials to come down.
+            let surplus = slip * (guess.grip - self.tyre.limit / square.sqrt());
+            let freed = rim + dt * self.radius * self.radius / trial.own * surplus;
+            guess.grip = guess.grip.min(self.tyre.grip(freed, ground, lateral));
             wrong = true;
         }
         wrong

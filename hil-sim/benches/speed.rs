@@ -1,0 +1,95 @@
+//! How long a tick of the controller, a step of the plant and a period of the whole base take.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use hil_sim::peripherals::Wires;
+use hil_sim::plant::{Command, Input, Plant, Push};
+use hil_sim::rig::{PERIOD, Rig, vehicle};
+use hil_sim::robot::Robot;
+use std::f64::consts::PI;
+use std::hint::black_box;
+use std::rc::Rc;
+use vehicle_controller::controller::{AxisCommand, Controller, Inputs, Request, State};
+use vehicle_controller::time::{self, Instant};
+
+fn robot() -> Robot {
+    Robot::load("default").expect("a preset loads")
+}
+
+/// The control loop alone, while both axes move; the wheels roll as if they followed.
+fn tick(c: &mut Criterion) {
+    let robot = robot();
+    let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
+    let vehicle = vehicle(&wires, &robot, &robot.params).expect("fakes do not refuse");
+    let mut controller = Controller::new(vehicle, robot.params.build(PERIOD), None);
+    let without_end = |speed: f32, acceleration: f32| AxisCommand {
+        distance: f32::INFINITY,
+        speed,
+        acceleration,
+    };
+    for request in [
+        Request::Move(without_end(0.2, 0.5)),
+        Request::Turn(without_end(0.5, 2.0)),
+    ] {
+        controller.request(request).expect("there is room for four");
+    }
+    let physics = &robot.physics;
+    let per_metre = physics.encoder.counts_per_turn / (PI * physics.wheels.diameter_left);
+    let mut now = Instant::from_ticks(0);
+    let mut rolled = [0.0; 2];
+    let inputs = Inputs {
+        supply: Some(12.0),
+        estop: false,
+    };
+    let mut period = || {
+        now = time::after(now, PERIOD);
+        for ((wires, rolled), speed) in wires.iter().zip(&mut rolled).zip([0.15, 0.25]) {
+            *rolled += speed * per_metre * 1e-3;
+            wires.edges.set(*rolled as i64);
+        }
+        black_box(controller.tick(black_box(now), &inputs));
+        controller.snapshot()
+    };
+    for _ in 0..2000 {
+        period();
+    }
+    let snapshot = period();
+    assert_eq!(snapshot.translation.state, State::Move);
+    assert_eq!(snapshot.rotation.state, State::Move);
+    c.bench_function("tick and snapshot", |b| b.iter(&mut period));
+}
+
+/// The plant alone, driving a curve.
+fn plant_step(c: &mut Criterion) {
+    let mut plant = Plant::new(&robot().physics, 1);
+    let input = Input {
+        command: Command::Duty([0.3, 0.4]),
+        push: Push::default(),
+    };
+    for _ in 0..8000 {
+        plant.step(250e-6, &input);
+    }
+    assert!(plant.speed().0 > 0.1, "it drives");
+    c.bench_function("plant step", |b| {
+        b.iter(|| plant.step(black_box(250e-6), black_box(&input)));
+    });
+}
+
+/// A millisecond of everything.
+fn rig_tick(c: &mut Criterion) {
+    let mut rig = Rig::new(&robot(), 1).expect("fakes do not refuse");
+    rig.send(b"SetParam deadman 0\nm inf 0.2\nt inf 30\nStream 0.1\n");
+    for _ in 0..2000 {
+        rig.tick();
+    }
+    assert_eq!(rig.snapshot().translation.state, State::Move);
+    rig.receive();
+    c.bench_function("rig tick", |b| {
+        b.iter(|| {
+            rig.tick();
+            black_box(rig.receive())
+        });
+    });
+}
+
+criterion_group!(benches, tick, plant_step, rig_tick);
+criterion_main!(benches);

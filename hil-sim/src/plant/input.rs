@@ -1,0 +1,29 @@
+//! What acts on the plant in a step.
+
+/// What drives the wheels, left and right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Command {
+    /// Duty cycles of the bridges, −1..1. Zero shorts the motor.
+    Duty([f64; 2]),
+    /// Speeds of the rims \[m/s\] which ideal wheels follow at once, without slip: no force acts on
+    /// such a base.
+    Speed([f64; 2]),
+}
+
+/// A force from outside on the body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Push {
+    /// Along the body's x axis, through the middle of the axle \[N\].
+    pub force: f64,
+    /// About the vertical axis, counterclockwise \[N·m\].
+    pub torque: f64,
+}
+
+/// What acts on the robot during a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Input {
+    /// What drives the wheels.
+    pub command: Command,
+    /// What pushes the body; without effect under [`Command::Speed`].
+    pub push: Push,
+}
