@@ -91,5 +91,14 @@ fn rig_tick(c: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, tick, plant_step, rig_tick);
+/// Without pictures: Criterion's would need a font, and `plotters` has here only those that hil-sim brings.
+fn plain() -> Criterion {
+    Criterion::default().without_plots()
+}
+
+criterion_group! {
+    name = benches;
+    config = plain();
+    targets = tick, plant_step, rig_tick
+}
 criterion_main!(benches);

@@ -214,37 +214,43 @@ impl Replay {
         let Estimate { pose, covariance } = self.last();
         let [xx, xy, xt, yy, yt, tt] = upper_triangle(covariance).map(f64::from);
         let degrees = f64::to_degrees(1.0);
-        let mut report = format!(
-            "{}: {} rows, {:.2} s\n  final pose   x {:.4} m  y {:.4} m  theta {:.3} deg\n",
-            self.name,
-            self.t.len(),
-            self.t[self.t.len() - 1] - self.t[0],
-            pose.x,
-            pose.y,
-            wrap(pose.theta) * degrees,
-        );
-        report += &format!(
-            "  deviations   x {:.4} m  y {:.4} m  theta {:.3} deg\n",
-            xx.sqrt(),
-            yy.sqrt(),
-            tt.sqrt() * degrees,
-        );
-        report += &format!(
-            "  covariance   {xx:.5e} {xy:.5e} {:.5e} {yy:.5e} {:.5e} {:.5e} (m, deg)\n",
-            xt * degrees,
-            yt * degrees,
-            tt * degrees * degrees,
-        );
+        let mut lines = vec![
+            format!(
+                "{}: {} rows, {:.2} s",
+                self.name,
+                self.t.len(),
+                self.t[self.t.len() - 1] - self.t[0]
+            ),
+            format!(
+                "  final pose   x {:.4} m  y {:.4} m  theta {:.3} deg",
+                pose.x,
+                pose.y,
+                wrap(pose.theta) * degrees
+            ),
+            format!(
+                "  deviations   x {:.4} m  y {:.4} m  theta {:.3} deg",
+                xx.sqrt(),
+                yy.sqrt(),
+                tt.sqrt() * degrees
+            ),
+            format!(
+                "  covariance   {xx:.5e} {xy:.5e} {:.5e} {yy:.5e} {:.5e} {:.5e} (m, deg)",
+                xt * degrees,
+                yt * degrees,
+                tt * degrees * degrees
+            ),
+        ];
         if let Some(errors) = self.errors() {
-            report += &format!(
-                "  error        max {:.4} m {:.3} deg   final {:.4} m {:.3} deg\n",
+            lines.push(format!(
+                "  error        max {:.4} m {:.3} deg   final {:.4} m {:.3} deg",
                 errors.max_position,
                 errors.max_heading * degrees,
                 errors.final_position,
-                errors.final_heading * degrees,
-            );
+                errors.final_heading * degrees
+            ));
         }
-        report
+        lines.push(String::new());
+        lines.join("\n")
     }
 
     /// Writes a row per log row.

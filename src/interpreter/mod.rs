@@ -178,7 +178,7 @@ impl Interpreter {
             && let Some(event) = self.events.pop_front()
         {
             let mut text = Text::default();
-            reply::event(&mut text, &event);
+            reply::event(&mut text, event);
             self.send(text);
         }
         while self.has_room() && self.answer_next(desk) {}
@@ -231,16 +231,16 @@ impl Interpreter {
     ) -> Result<(), Error> {
         match *command {
             Command::Move(args) => {
-                let command = self.complete(self.last_move, args);
+                let command = complete(self.last_move, args);
                 desk.move_by(command)
-                    .map_err(|r| refuse_motion(&r, 1.0, "m"))?;
+                    .map_err(|r| refuse_motion(r, 1.0, "m"))?;
                 self.last_move = command;
                 self.note_given(0, args);
             }
             Command::Turn(args) => {
-                let command = self.complete(self.last_turn, args);
+                let command = complete(self.last_turn, args);
                 desk.turn_by(command)
-                    .map_err(|r| refuse_motion(&r, DEGREES, "deg"))?;
+                    .map_err(|r| refuse_motion(r, DEGREES, "deg"))?;
                 self.last_turn = command;
                 self.note_given(1, args);
             }
@@ -368,14 +368,6 @@ impl Interpreter {
         }
     }
 
-    fn complete(&self, last: AxisCommand, args: MotionArgs) -> AxisCommand {
-        AxisCommand {
-            distance: args.distance.unwrap_or(last.distance),
-            speed: args.speed.unwrap_or(last.speed),
-            acceleration: args.acceleration.unwrap_or(last.acceleration),
-        }
-    }
-
     fn tell(&mut self, snapshot: &Snapshot) {
         if self.has_room() {
             let mut text = Text::default();
@@ -414,6 +406,15 @@ const NOWHERE: AxisCommand = AxisCommand {
     speed: 0.0,
     acceleration: 1.0,
 };
+
+/// What a command leaves out keeps its last value.
+fn complete(last: AxisCommand, args: MotionArgs) -> AxisCommand {
+    AxisCommand {
+        distance: args.distance.unwrap_or(last.distance),
+        speed: args.speed.unwrap_or(last.speed),
+        acceleration: args.acceleration.unwrap_or(last.acceleration),
+    }
+}
 
 fn begin(address: Address) -> Text {
     let mut text = Text::default();
@@ -456,7 +457,7 @@ fn refuse_param(error: ParamError) -> Error {
 }
 
 /// `unit` is how many of the protocol's units an SI unit has.
-fn refuse_motion(refusal: &Refusal, unit: f64, name: &'static str) -> Error {
+fn refuse_motion(refusal: Refusal, unit: f64, name: &'static str) -> Error {
     let range = |what, max: f32, metres, degrees| Error::Range {
         name: what,
         min: 0.0,
@@ -464,9 +465,9 @@ fn refuse_motion(refusal: &Refusal, unit: f64, name: &'static str) -> Error {
         unit: if name == "m" { metres } else { degrees },
     };
     match refusal {
-        Refusal::Speed(max) => range("v", *max, "m/s", "deg/s"),
-        Refusal::Acceleration(max) => range("a", *max, "m/s2", "deg/s2"),
-        other => refuse(*other),
+        Refusal::Speed(max) => range("v", max, "m/s", "deg/s"),
+        Refusal::Acceleration(max) => range("a", max, "m/s2", "deg/s2"),
+        other => refuse(other),
     }
 }
 
@@ -478,14 +479,18 @@ fn refuse(refusal: Refusal) -> Error {
         Refusal::Moving => Error::Moving,
         Refusal::Correction(CorrectionError::Gate(distance)) => Error::Gate(distance),
         Refusal::Correction(CorrectionError::NotPositive) => Error::NotPsd,
-        Refusal::Correction(CorrectionError::NotFinite) | Refusal::NotFinite => not_finite(),
         Refusal::Age => Error::Range {
             name: "age",
             min: 0.0,
             max: 1.5,
             unit: "s",
         },
-        Refusal::Distance | Refusal::Speed(_) | Refusal::Acceleration(_) => not_finite(),
+        // The parser lets no such number through; the interface may still be called by others.
+        Refusal::Correction(CorrectionError::NotFinite)
+        | Refusal::NotFinite
+        | Refusal::Distance
+        | Refusal::Speed(_)
+        | Refusal::Acceleration(_) => not_finite(),
     }
 }
 

@@ -110,14 +110,14 @@ pub fn param_row(text: &mut Text, params: &Params, id: Id) {
 }
 
 /// An event.
-pub fn event(text: &mut Text, event: &Event) {
+pub fn event(text: &mut Text, event: Event) {
     match event {
         Event::MoveDone(residual) => {
-            text.str("! move done").fixed(f64::from(*residual), 6);
+            text.str("! move done").fixed(f64::from(residual), 6);
         }
         Event::TurnDone(residual) => {
             text.str("! turn done")
-                .fixed(f64::from(*residual) * DEGREES, 5);
+                .fixed(f64::from(residual) * DEGREES, 5);
         }
         Event::Stopped(reason) => {
             text.str("! stop").word(reason.name());

@@ -61,6 +61,11 @@ const ORDERED: [(Id, Id); 6] = [
     (Id::StopTurnAccel, Id::MaxTurnAccel),
 ];
 
+/// An axis has come to rest below 5 mm/s …
+const REST_SPEED: f32 = 0.005;
+/// … or 3 °/s: what the same wheels make of it, near enough.
+const REST_TURN_SPEED: f32 = 3.0;
+
 impl Params {
     /// The value, in the parameter's unit.
     #[must_use]
@@ -150,10 +155,6 @@ impl Params {
             tolerance,
             rest_speed,
         };
-        /// An axis has come to rest below 5 mm/s …
-        const REST_SPEED: f32 = 0.005;
-        /// … or 3 °/s: what the same wheels make of it, near enough.
-        const REST_TURN_SPEED: f32 = 3.0;
         Config {
             period,
             translation: axis(

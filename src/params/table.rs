@@ -104,11 +104,11 @@ parameters! {
     /// v of a turn that gives none.
     TurnSpeed "turn_speed" "deg/s" 0.0..3600.0 = 90.0 Value;
     /// a of a turn that gives none.
-    TurnAccel "turn_accel" "deg/s2" 0.1..36000.0 = 180.0 Value;
+    TurnAccel "turn_accel" "deg/s2" 0.1..36_000.0 = 180.0 Value;
     /// Deceleration of Stop.
     StopAccel "stop_accel" "m/s2" 0.001..50.0 = 1.0 Value;
     /// Angular deceleration of Stop.
-    StopTurnAccel "stop_turn_accel" "deg/s2" 0.1..36000.0 = 360.0 Value;
+    StopTurnAccel "stop_turn_accel" "deg/s2" 0.1..36_000.0 = 360.0 Value;
     /// The largest v of a move.
     MaxSpeed "max_speed" "m/s" 0.001..20.0 = 0.7 Value;
     /// The largest a of a move.
@@ -116,7 +116,7 @@ parameters! {
     /// The largest v of a turn.
     MaxTurnSpeed "max_turn_speed" "deg/s" 0.1..3600.0 = 360.0 Value;
     /// The largest a of a turn.
-    MaxTurnAccel "max_turn_accel" "deg/s2" 0.1..36000.0 = 1440.0 Value;
+    MaxTurnAccel "max_turn_accel" "deg/s2" 0.1..36_000.0 = 1440.0 Value;
     /// The fastest that a wheel can roll; both axes are scaled alike to stay below it.
     MaxWheelSpeed "max_wheel_speed" "m/s" 0.001..30.0 = 0.75 Value;
 
@@ -154,9 +154,9 @@ parameters! {
     /// Voltage per acceleration.
     MotorAccelGain "motor_accel_gain" "V*s2/m" 0.0..1000.0 = 0.5 Value;
     /// Proportional gain of the wheel servos.
-    ServoP "servo_p" "V*s/m" 0.0..10000.0 = 25.0 Value;
+    ServoP "servo_p" "V*s/m" 0.0..10_000.0 = 25.0 Value;
     /// Integral gain of the wheel servos.
-    ServoI "servo_i" "V/m" 0.0..100000.0 = 250.0 Value;
+    ServoI "servo_i" "V/m" 0.0..100_000.0 = 250.0 Value;
     /// Largest part of the integral in the output.
     ServoILimit "servo_i_limit" "V" 0.0..48.0 = 3.0 Value;
     /// Largest duty.

@@ -1,6 +1,8 @@
 //! Fake encoders and motors, and vehicles built on them, for the tests of odometry.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod base;
+
 use embedded_hal_02::{Direction, Qei};
 use nalgebra::Matrix3;
 use std::cell::Cell;

@@ -20,8 +20,11 @@ pub struct Port {
     /// What the far end sends; hung up when it has left for good.
     pub input: Receiver<Vec<u8>>,
     /// Takes what the base sends.
-    pub output: Box<dyn FnMut(&[u8]) -> Result<()>>,
+    pub output: Output,
 }
+
+/// Takes bytes that the base sends.
+pub type Output = Box<dyn FnMut(&[u8]) -> Result<()>>;
 
 /// Who is at the serial line.
 pub enum Far {
