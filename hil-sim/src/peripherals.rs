@@ -3,9 +3,12 @@
 use embedded_hal::digital::{ErrorType as PinErrorType, OutputPin};
 use embedded_hal::pwm::{ErrorType as PwmErrorType, SetDutyCycle};
 use embedded_hal_02::{Direction, Qei};
+use embedded_hal_nb::serial::{ErrorType as SerialErrorType, Read, Write};
 use std::cell::Cell;
+use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
+use vehicle_controller::time::Duration;
 use vehicle_controller::vehicle::{Counter, Drive, OutputError, Servo, WheelCommand, servo};
 
 /// The wires of one wheel.
@@ -166,5 +169,63 @@ impl Drive for FakeDrive {
                 Ok(())
             }
         }
+    }
+}
+
+/// A serial port at 115 200 baud, both ways.
+#[derive(Debug, Default)]
+pub struct FakeSerial {
+    /// Bytes on their way to the base.
+    pub to_base: VecDeque<u8>,
+    /// Bytes that have come from the base.
+    pub from_base: VecDeque<u8>,
+    /// What the line could have carried by now and has not, in millionths of a byte: to the base, from it.
+    credit: [u64; 2],
+}
+
+impl FakeSerial {
+    /// Ten bits a byte.
+    const BYTES_PER_SECOND: u64 = 11_520;
+    const BYTE: u64 = 1_000_000;
+
+    /// Lets time pass. A line that had nothing to carry does not save its time up: a byte may begin at once, no more.
+    pub fn advance(&mut self, elapsed: Duration) {
+        let earned = elapsed.ticks() * Self::BYTES_PER_SECOND;
+        for credit in &mut self.credit {
+            *credit = (*credit).min(Self::BYTE) + earned;
+        }
+    }
+
+    fn spend(credit: &mut u64) -> nb::Result<(), Infallible> {
+        *credit = credit
+            .checked_sub(Self::BYTE)
+            .ok_or(nb::Error::WouldBlock)?;
+        Ok(())
+    }
+}
+
+impl SerialErrorType for FakeSerial {
+    type Error = Infallible;
+}
+
+impl Read<u8> for FakeSerial {
+    fn read(&mut self) -> nb::Result<u8, Infallible> {
+        if self.to_base.is_empty() {
+            return Err(nb::Error::WouldBlock);
+        }
+        Self::spend(&mut self.credit[0])?;
+        self.to_base.pop_front().ok_or(nb::Error::WouldBlock)
+    }
+}
+
+impl Write<u8> for FakeSerial {
+    fn write(&mut self, byte: u8) -> nb::Result<(), Infallible> {
+        Self::spend(&mut self.credit[1])?;
+        self.from_base.push_back(byte);
+        Ok(())
+    }
+
+    fn flush(&mut self) -> nb::Result<(), Infallible> {
+        Ok(())
     }
 }

@@ -1,11 +1,10 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
-use crate::peripherals::{FakeDrive, FakeQei, Wires};
+use crate::peripherals::{FakeDrive, FakeQei, FakeSerial, Wires};
 use crate::plant::{Command, Input, Plant, Push};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
 use anyhow::Result;
-use std::collections::VecDeque;
 use std::rc::Rc;
 use vehicle_controller::controller::{Controller, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
@@ -20,27 +19,6 @@ pub type Vehicle = DifferentialDrive<FakeQei, FakeQei, FakeDrive, FakeDrive>;
 pub const PERIOD: Duration = Duration::millis(1);
 /// Plant steps in a period.
 const SUBSTEPS: u32 = 4;
-/// Bytes that a serial line of 115 200 baud carries in a period (10 bits each), in thousandths.
-const BYTES_PER_PERIOD: u32 = 11_520;
-
-/// One direction of the serial line.
-#[derive(Debug, Default)]
-struct Line {
-    bytes: VecDeque<u8>,
-    /// Thousandths of a byte that the line could have carried already.
-    credit: u32,
-}
-
-impl Line {
-    /// How many bytes pass in this period.
-    fn allowance(&mut self) -> u32 {
-        self.credit += BYTES_PER_PERIOD;
-        let whole = self.credit / 1000;
-        self.credit -= whole * 1000;
-        whole
-    }
-}
-
 /// A simulated base, complete.
 #[derive(Debug)]
 pub struct Rig {
@@ -54,8 +32,7 @@ pub struct Rig {
     push: Push,
     push_until: Instant,
     estop: bool,
-    to_base: Line,
-    from_base: Line,
+    serial: FakeSerial,
 }
 
 /// A vehicle on fake peripherals.
@@ -113,24 +90,23 @@ impl Rig {
             push: Push::default(),
             push_until: now,
             estop: false,
-            to_base: Line::default(),
-            from_base: Line::default(),
+            serial: FakeSerial::default(),
         })
     }
 
     /// Puts bytes on the line to the base; they arrive at 115 200 baud.
     pub fn send(&mut self, bytes: &[u8]) {
-        self.to_base.bytes.extend(bytes);
+        self.serial.to_base.extend(bytes);
     }
 
     /// Takes what has arrived from the base.
     pub fn receive(&mut self) -> Vec<u8> {
-        self.from_base.bytes.drain(..).collect()
+        self.serial.from_base.drain(..).collect()
     }
 
     /// Bytes that have not reached the base yet.
     pub fn backlog(&self) -> usize {
-        self.to_base.bytes.len()
+        self.serial.to_base.len()
     }
 
     /// Pushes the base for some seconds: N along it, N·m about it.
@@ -202,26 +178,14 @@ impl Rig {
     }
 
     fn carry_bytes(&mut self) {
-        for _ in 0..self.to_base.allowance() {
-            if !self.interpreter.can_receive() {
-                break;
-            }
-            let Some(byte) = self.to_base.bytes.pop_front() else {
-                break;
-            };
-            self.interpreter.receive(byte);
-        }
+        self.serial.advance(PERIOD);
+        self.interpreter.receive_from(&mut self.serial);
         self.interpreter.poll(&mut self.desk);
         if let Some(request) = self.desk.take_request() {
             // A desk has one request under way at a time, and every tick takes it.
             let _ = self.controller.request(request);
         }
-        for _ in 0..self.from_base.allowance() {
-            let Some(byte) = self.interpreter.transmit() else {
-                break;
-            };
-            self.from_base.bytes.push_back(byte);
-        }
+        self.interpreter.transmit_to(&mut self.serial);
     }
 
     /// A row of the trace.

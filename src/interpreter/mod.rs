@@ -10,6 +10,7 @@ mod keyword;
 mod line;
 pub mod number;
 mod reply;
+mod serial;
 mod telemetry;
 mod text;
 
