@@ -67,7 +67,7 @@ fn a_wrong_check_is_refused() {
             unchecked(&reply).starts_with("ERR checksum "),
             "{line}: {reply}"
         );
-        assert_eq!(rig.state(), before, "{line}");
+        rig.assert_unchanged(&before, &line);
     }
     let reply = rig.ask("@17 m 1*0000");
     assert!(
@@ -115,7 +115,7 @@ fn a_required_check_must_be_there() {
             unchecked(&reply).contains("ERR checksum "),
             "{line}: {reply}"
         );
-        assert_eq!(rig.state(), before, "{line}");
+        rig.assert_unchanged(&before, line);
     }
     assert_eq!(
         unchecked(&rig.ask(&checked("GetStatus"))),

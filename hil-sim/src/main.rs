@@ -151,6 +151,9 @@ fn drive_command(drive: &Drive) -> Result<()> {
 
 fn run_command(run: &Run) -> Result<()> {
     let script = Script::load(&run.script)?;
+    if let Some(picture) = &run.plot {
+        plot::check_name(picture)?;
+    }
     if !(run.trace_period > 0.0 && run.trace_period.is_finite()) {
         bail!("--trace-period must be above 0");
     }
@@ -194,6 +197,9 @@ fn replay_command(args: &Replay) -> Result<()> {
     }
     if args.out.is_some() && args.logs.len() > 1 {
         bail!("--out is for one log");
+    }
+    if let Some(picture) = &args.plot {
+        plot::check_name(picture)?;
     }
     let mut paths = Vec::new();
     for path in &args.logs {

@@ -225,6 +225,15 @@ impl<W: Write> Writer<W> {
             .context("cannot write the trace")
     }
 
+    /// Writes what is still buffered.
+    ///
+    /// # Errors
+    ///
+    /// A failure to write.
+    pub fn flush(&mut self) -> anyhow::Result<()> {
+        self.csv.flush().context("cannot write the trace")
+    }
+
     /// Writes what is still buffered and gives the sink back.
     ///
     /// # Errors

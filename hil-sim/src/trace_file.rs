@@ -7,6 +7,9 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
+/// So many rows are written at once: a run that is broken off loses no more.
+const FLUSH_ROWS: u64 = 100;
+
 /// Collects rows.
 pub struct TraceFile {
     writer: Option<Writer<BufWriter<File>>>,
@@ -43,6 +46,9 @@ impl TraceFile {
             let row = rig.row();
             if let Some(writer) = &mut self.writer {
                 writer.write(&row)?;
+                if (self.ticks / self.every).is_multiple_of(FLUSH_ROWS) {
+                    writer.flush()?;
+                }
             }
             if let Some(rows) = &mut self.rows {
                 rows.push(row);

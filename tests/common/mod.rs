@@ -109,7 +109,7 @@ impl Rig {
             reset_cause: "power-on",
             period: PERIOD,
         };
-        Self {
+        let mut rig = Self {
             controller,
             desk,
             interpreter: Interpreter::new(identity, params),
@@ -118,7 +118,10 @@ impl Rig {
             listening: true,
             received: Vec::new(),
             unsolicited: Vec::new(),
-        }
+        };
+        // The boot event is told.
+        rig.pump();
+        rig
     }
 
     /// A base whose odometry adds no uncertainty.
@@ -242,6 +245,13 @@ impl Rig {
         self.tick();
     }
 
+    /// Sends a line whose reply will be heard later.
+    pub(crate) fn ok_unheard(&mut self, line: &str) {
+        self.receive(format!("{line}\n").as_bytes());
+        self.pump();
+        self.tick();
+    }
+
     /// Sends a line that is refused with this code; it must change nothing at all.
     pub(crate) fn refused(&mut self, line: &str, code: &str) -> String {
         let before = self.state();
@@ -250,8 +260,22 @@ impl Rig {
             reply.starts_with(&format!("ERR {code} ")),
             "{line:?} is answered {reply:?}, not ERR {code}"
         );
-        assert_eq!(self.state(), before, "{line:?}");
+        self.assert_unchanged(&before, line);
         reply
+    }
+
+    /// Nothing at all is different from what [`Rig::state`] told.
+    pub(crate) fn assert_unchanged(&self, before: &str, line: &str) {
+        let after = self.state();
+        if after != before {
+            let same = before
+                .bytes()
+                .zip(after.bytes())
+                .take_while(|(a, b)| a == b);
+            let from = same.count().saturating_sub(100);
+            let part = |s: &str| s.chars().skip(from).take(200).collect::<String>();
+            panic!("{line:?} changed\n{}\nto\n{}", part(before), part(&after));
+        }
     }
 
     /// The numbers of a data line, after the name that it must have.

@@ -29,6 +29,15 @@ const PURPLE: RGBColor = RGBColor(0x9b, 0x3f, 0x74);
 const TRUTH: Pen = Pen::solid(BLUE, 4.0);
 const ESTIMATE: Pen = Pen::dashed(VERMILLION, 2.2);
 
+/// Checks that a figure can have this name, so that a run need not end to find out.
+///
+/// # Errors
+///
+/// A file name that ends neither in `.svg` nor in `.png`.
+pub fn check_name(path: &Path) -> anyhow::Result<()> {
+    render::Format::of(path).map(drop)
+}
+
 /// Draws a trace: the true and estimated paths from above with the 95 % ellipses of the estimate, the speeds with
 /// their references and the states of the axes, the duties with the faults, and where the run ended.
 ///

@@ -9,16 +9,33 @@ use plotters::style::{Color, ShapeStyle};
 use super::geometry::Point;
 use super::scene::{BITMAP_FONT_SIZE, FONTS, HEIGHT, Pen, Scene, Shape, WHITE, WIDTH};
 
-impl Scene {
-    /// Writes the figure; the extension of the file chooses the format.
-    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
+/// How a figure is written.
+#[derive(Clone, Copy)]
+pub enum Format {
+    Svg,
+    Png,
+}
+
+impl Format {
+    /// The format that a file's extension asks for.
+    pub fn of(path: &Path) -> anyhow::Result<Self> {
         let extension = path
             .extension()
             .map(|extension| extension.to_string_lossy().to_lowercase());
-        let draw = match extension.as_deref() {
-            Some("svg") => Self::svg,
-            Some("png") => Self::png,
+        match extension.as_deref() {
+            Some("svg") => Ok(Self::Svg),
+            Some("png") => Ok(Self::Png),
             _ => bail!("{}: a figure must be named *.svg or *.png", path.display()),
+        }
+    }
+}
+
+impl Scene {
+    /// Writes the figure; the extension of the file chooses the format.
+    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
+        let draw = match Format::of(path)? {
+            Format::Svg => Self::svg,
+            Format::Png => Self::png,
         };
         FONTS.as_ref().map_err(|error| anyhow!("{error}"))?;
         draw(self, path).with_context(|| format!("cannot write the figure {}", path.display()))
