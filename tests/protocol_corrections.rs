@@ -13,7 +13,8 @@ fn printed(rig: &mut Rig) -> (Vector3<f64>, Matrix3<f64>) {
 }
 
 fn words<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> String {
-    numbers.into_iter().map(|x| format!(" {x:.12}")).collect()
+    let words: Vec<String> = numbers.into_iter().map(|x| format!("{x:.12}")).collect();
+    format!(" {}", words.join(" "))
 }
 
 /// Row by row.

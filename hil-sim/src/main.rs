@@ -4,7 +4,7 @@ mod console;
 mod run;
 mod trace_file;
 
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
 use console::{Far, Speed};
 use hil_sim::plot;
@@ -13,6 +13,7 @@ use hil_sim::rig::Rig;
 use hil_sim::robot::{Robot, describe};
 use hil_sim::script::Script;
 use hil_sim::trace;
+use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -205,7 +206,7 @@ fn replay_command(args: &Replay) -> Result<()> {
     for path in &args.logs {
         let log = Log::load(path)?;
         let replayed = replay(&log, &robot, &params)?;
-        print!("{}", replayed.report());
+        write!(std::io::stdout(), "{}", replayed.report()).context("standard output")?;
         if let Some(out) = &args.out {
             replayed.write(out)?;
         }
@@ -225,7 +226,8 @@ fn plot_command(args: &Plot) -> Result<()> {
 
 fn robots_command() -> Result<()> {
     for name in Robot::presets() {
-        println!("{name:<14}{}", Robot::load(name)?.description);
+        let description = Robot::load(name)?.description;
+        writeln!(std::io::stdout(), "{name:<14}{description}").context("standard output")?;
     }
     Ok(())
 }

@@ -93,9 +93,12 @@ impl Robot {
             let at = line(file.counter_bits.span().start);
             bail!("{name}:{at}: counter_bits must be 16 or 32, not {bits}");
         }
-        file.physics
-            .validate()
-            .map_err(|error| anyhow!("{name}: {error}"))?;
+        file.physics.validate().map_err(|error| {
+            // The message begins with the key, as section.key.
+            let key = error.split_whitespace().next().unwrap_or_default();
+            let at = place(text, &format!("physics.{key}")).map_or(1, line);
+            anyhow!("{name}:{at}: {error}")
+        })?;
         let mut values = Vec::new();
         let mut lines = BTreeMap::new();
         for (key, value) in &file.parameters {
@@ -120,6 +123,17 @@ impl Robot {
             params,
         })
     }
+}
+
+/// Where the value of a dotted key begins.
+fn place(text: &str, key: &str) -> Option<usize> {
+    let document = toml::de::DeTable::parse(text).ok()?;
+    let mut keys = key.split('.');
+    let mut value = document.get_ref().get(keys.next()?)?;
+    for key in keys {
+        value = value.get_ref().get(key)?;
+    }
+    Some(value.span().start)
 }
 
 /// A parameter error with the range.

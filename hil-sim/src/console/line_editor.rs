@@ -1,6 +1,6 @@
 //! A person at a terminal: line editing, history and completion.
 
-use super::Port;
+use super::{Port, say};
 use anyhow::Result;
 use rustyline::completion::{Completer, Pair};
 use rustyline::error::ReadlineError;
@@ -71,9 +71,9 @@ pub fn open() -> Result<Port> {
     }
     let mut printer = editor.create_external_printer()?;
     let (sender, input) = mpsc::sync_channel(16);
-    println!(
+    say(format_args!(
         "Type commands: m 1, t 90, GetEstPos, Help. Tab completes, Ctrl-C stops the base, Ctrl-D leaves."
-    );
+    ))?;
     std::thread::spawn(move || {
         loop {
             let line = match editor.readline("> ") {

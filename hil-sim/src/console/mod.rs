@@ -7,10 +7,12 @@ mod stdio;
 mod tcp;
 
 use crate::trace_file::TraceFile;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use hil_sim::rig::{PERIOD, Rig};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 use vehicle_controller::controller::State;
@@ -57,8 +59,11 @@ impl std::str::FromStr for Speed {
     }
 }
 
-/// Runs until the far end leaves, and the base then rests.
+/// Runs until the far end leaves, and the base then rests; or until the process is told to end.
 pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile>) -> Result<()> {
+    let told_to_end = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&told_to_end);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
     let mut port = match far {
         Far::Terminal if std::io::stdin().is_terminal() => line_editor::open()?,
         Far::Terminal => stdio::open(),
@@ -95,8 +100,16 @@ pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile
                 }
             }
         }
+        if told_to_end.load(Ordering::Relaxed) {
+            return trace.map_or(Ok(()), TraceFile::finish);
+        }
         pace.rest();
     }
+}
+
+/// Writes a line to standard output.
+fn say(line: std::fmt::Arguments<'_>) -> Result<()> {
+    writeln!(std::io::stdout(), "{line}").context("standard output")
 }
 
 /// Keeps simulated time in step with the clock.
@@ -142,12 +155,15 @@ impl Pace {
 #[derive(Default)]
 struct Leaving {
     begun: bool,
+    ticks: u32,
     quiet_ticks: u32,
 }
 
 impl Leaving {
     /// A base that holds and says nothing for this long is done.
     const QUIET_TICKS: u32 = 1000;
+    /// A motion without an end is not waited for longer than this.
+    const PATIENCE_TICKS: u32 = 60_000;
 
     fn begin(&mut self) {
         self.begun = true;
@@ -166,6 +182,7 @@ impl Leaving {
             self.quiet_ticks = 0;
         }
         self.quiet_ticks += 1;
-        self.begun && self.quiet_ticks > Self::QUIET_TICKS
+        self.ticks += u32::from(self.begun);
+        self.quiet_ticks > Self::QUIET_TICKS || self.ticks > Self::PATIENCE_TICKS
     }
 }

@@ -1,6 +1,6 @@
 //! The serial line as a pseudo-terminal that any serial program opens.
 
-use super::Port;
+use super::{Port, say};
 use anyhow::{Context, Result};
 use nix::errno::Errno;
 use nix::fcntl::{FcntlArg, OFlag, fcntl};
@@ -17,7 +17,10 @@ pub fn open() -> Result<Port> {
     let mut settings = tcgetattr(&pty.slave)?;
     cfmakeraw(&mut settings);
     tcsetattr(&pty.slave, SetArg::TCSANOW, &settings)?;
-    println!("pseudo-terminal {}", ttyname(&pty.slave)?.display());
+    say(format_args!(
+        "pseudo-terminal {}",
+        ttyname(&pty.slave)?.display()
+    ))?;
     fcntl(&pty.master, FcntlArg::F_SETFL(OFlag::O_NONBLOCK))?;
     let master = Arc::new(pty.master);
     let reader = Arc::clone(&master);

@@ -1,6 +1,6 @@
 //! The serial line as a TCP port on loopback: one client at a time, the next one when it has left.
 
-use super::Port;
+use super::{Port, say};
 use anyhow::{Context, Result, bail};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -16,7 +16,7 @@ pub fn open(address: SocketAddr) -> Result<Port> {
         bail!("{address} is not a loopback address: whoever reaches the port drives the base");
     }
     let listener = TcpListener::bind(address).with_context(|| address.to_string())?;
-    println!("listening on {}", listener.local_addr()?);
+    say(format_args!("listening on {}", listener.local_addr()?))?;
     let (sender, input) = mpsc::sync_channel(16);
     let client: Arc<Mutex<Option<TcpStream>>> = Arc::default();
     let shared = Arc::clone(&client);
@@ -44,6 +44,10 @@ pub fn open(address: SocketAddr) -> Result<Port> {
                 }
             }
             slot(None);
+            // What it left unfinished must not begin the next client's first line.
+            if sender.send(b"\n".to_vec()).is_err() {
+                return;
+            }
         }
     });
     Ok(Port {
