@@ -134,9 +134,15 @@ fn what_get_est_pos_prints_reset_pos_takes() {
 fn what_get_est_pos_prints_of_a_singular_covariance_reset_pos_takes_too() {
     let mut random = Random(2);
     let mut rig = Rig::new();
-    for _ in 0..20_000 {
+    // The worst of three million: rounding to six digits leaves an eigenvalue of -1.005e-5 in correlation scale.
+    let worst = Vector3::new(1.000_302_450_604, 1.000_252_486_500, 1.000_952_265_481);
+    for n in 0..20_000 {
         // One cause moves all three; near 1 a digit of the six counts most.
-        let v = Vector3::from_fn(|_, _| random.between(1.0, 1.001));
+        let v = if n == 0 {
+            worst
+        } else {
+            Vector3::from_fn(|_, _| random.between(1.0, 1.001))
+        };
         let c = v * v.transpose();
         rig.ok(&format!("ResetPos 0 0 0{}", upper(&c)));
         let told = rig.ask("GetEstPos");

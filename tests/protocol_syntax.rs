@@ -247,7 +247,25 @@ fn data_lines_have_their_form() {
 #[test]
 fn every_command_has_help_of_one_line() {
     let mut rig = Rig::new();
-    let all = rig.ask("Help");
+    let topics = rig.ask("Help");
+    let all: Vec<String> = ["motion", "position", "state", "safety", "parameters"]
+        .into_iter()
+        .flat_map(|topic| {
+            assert!(
+                topics
+                    .split(' ')
+                    .any(|word| word.trim_end_matches(';') == topic),
+                "{topics}"
+            );
+            let listed = rig.ask(&format!("Help {topic}"));
+            listed
+                .split(' ')
+                .skip(1)
+                .map(str::to_owned)
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    assert_eq!(all.len(), 27);
     for name in [
         "move",
         "turn",
@@ -277,7 +295,7 @@ fn every_command_has_help_of_one_line() {
         "LoadParams",
         "ResetParams",
     ] {
-        assert!(all.split(' ').any(|word| word == name), "{name}: {all}");
+        assert!(all.iter().any(|word| word == name), "{name}: {all:?}");
         let help = rig.ask(&format!("Help {name}"));
         assert!(help.starts_with("Help ") && help.contains(name), "{help}");
         assert!(help.len() > name.len() + 10, "{help}");

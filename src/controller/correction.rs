@@ -3,7 +3,7 @@
 //! Everything here runs outside the control interrupt, against a snapshot, in f64: differences of nearly equal covariances are formed.
 
 use super::estimator::{Estimate, Pose, transport};
-use crate::math::{NotPositive, is_finite, nearest_positive, symmetric, wrap};
+use crate::math::{NotPositive, is_finite, nearest_positive, symmetric, wrap, written_covariance};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Why a correction was refused. Nothing has changed.
@@ -81,7 +81,7 @@ pub fn observe<const M: usize>(
     h: &SMatrix<f64, M, 3>,
     gate: f64,
 ) -> Result<(Update, f32), CorrectionError> {
-    let r = nearest_positive(r, r)?;
+    let r = written_covariance(r)?;
     let c = estimate.covariance.cast::<f64>();
     let s = r + h * c * h.transpose();
     // A singular S means that both the estimate and the observation claim to be exact.

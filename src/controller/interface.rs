@@ -284,7 +284,7 @@ impl<C> Interface<C> {
         }
         let symmetric = crate::math::symmetric(covariance, covariance)
             .map_err(|_| CorrectionError::NotPositive)?;
-        let covariance = crate::math::nearest_positive(&symmetric, &symmetric)
+        let covariance = crate::math::written_covariance(&symmetric)
             .map_err(CorrectionError::from)?
             .cast::<f32>();
         let correction = self

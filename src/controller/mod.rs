@@ -382,6 +382,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
 
     fn stop(&mut self, reason: StopReason, events: &mut Events) {
         if !self.active {
+            self.translation = Axis::default();
+            self.rotation = Axis::default();
             self.come_to_rest(reason, events);
             return;
         }

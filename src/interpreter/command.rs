@@ -1,7 +1,7 @@
 //! From a line's text to a command, in SI and radians.
 
 use super::error::Error;
-use super::keyword::{Entry, Keyword};
+use super::keyword::{Entry, Keyword, TOPICS};
 use super::number::{self, Number};
 use super::telemetry::Fields;
 use crate::controller::{Observation, Pose};
@@ -17,6 +17,17 @@ pub struct MotionArgs {
     pub speed: Option<f32>,
     /// a, m/s² or rad/s².
     pub acceleration: Option<f32>,
+}
+
+/// What help is wanted of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Subject {
+    /// Everything.
+    Topics,
+    /// The commands of a topic.
+    Topic(&'static str),
+    /// A command.
+    Command(Entry),
 }
 
 /// A command, read.
@@ -38,8 +49,8 @@ pub enum Command {
     Observe(Observation, f32),
     /// Stream: period in s, and what to send.
     Stream(f32, Fields),
-    /// Help, of one command or all.
-    Help(Option<Entry>),
+    /// Help.
+    Help(Subject),
     /// GetParam.
     GetParam(Id),
     /// SetParam, in the parameter's unit.
@@ -107,11 +118,8 @@ impl<'a> Words<'a> {
             None => Err(Error::Syntax("malformed number")),
             Some(Number::Infinite(x)) if range.endless => Ok(Some(x)),
             Some(Number::Infinite(_)) => Err(Error::Syntax("inf is only a distance")),
-            Some(Number::Finite(x))
-                if (f64::from(range.min)..=f64::from(range.max)).contains(&x) =>
-            {
-                Ok(Some(x))
-            }
+            // As f32, which the limits are: the number 0.8 is not below the limit 0.8.
+            Some(Number::Finite(x)) if (range.min..=range.max).contains(&(x as f32)) => Ok(Some(x)),
             Some(_) => Err(out_of_range),
         }
     }
@@ -167,6 +175,11 @@ const POSE: [Range; 3] = [
     range("theta", -ANGLE, ANGLE, "deg"),
 ];
 
+/// An element of a covariance: enough for any ignorance, and what driving adds to it stays finite in f32.
+const fn element(name: &'static str) -> Range {
+    range(name, -1e12, 1e12, "")
+}
+
 const AGE: Range = range("age", 0.0, 1.5, "s");
 
 /// Reads a command.
@@ -211,7 +224,7 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
         }
         Keyword::ResetPos => {
             let pose = pose(words)?;
-            let covariance = match words.optional(&any("Cxx"))? {
+            let covariance = match words.optional(&element("Cxx"))? {
                 Some(xx) => covariance(xx, words)?,
                 None => Matrix3::zeros(),
             };
@@ -219,7 +232,7 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
         }
         Keyword::ObservePos => {
             let pose = pose(words)?;
-            let xx = words.number(&any("Cxx"))?;
+            let xx = words.number(&element("Cxx"))?;
             let covariance = covariance(xx, words)?;
             Command::Observe(Observation::Pose { pose, covariance }, age(words)?)
         }
@@ -243,8 +256,8 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
             Command::Stream(period as f32, fields)
         }
         Keyword::Help => Command::Help(match words.next()? {
-            None => None,
-            Some(word) => Some(Keyword::find(word).ok_or(Error::Syntax("no such command"))?),
+            None => Subject::Topics,
+            Some(word) => subject(word)?,
         }),
         Keyword::GetParam => Command::GetParam(parameter(words)?),
         Keyword::SetParam => {
@@ -282,14 +295,24 @@ fn pose(words: &mut Words<'_>) -> Result<Pose, Error> {
 
 /// The covariance of which Cxx has been read, from m², m·° and °².
 fn covariance(xx: f64, words: &mut Words<'_>) -> Result<Matrix3<f64>, Error> {
-    let [xy, xt, yy, yt, tt] =
-        words.numbers(&[any("Cxy"), any("Cxt"), any("Cyy"), any("Cyt"), any("Ctt")])?;
+    let [xy, xt, yy, yt, tt] = words.numbers(&["Cxy", "Cxt", "Cyy", "Cyt", "Ctt"].map(element))?;
     let (xt, yt, tt) = (xt / DEGREES, yt / DEGREES, tt / DEGREES / DEGREES);
     Ok(Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt))
 }
 
 fn age(words: &mut Words<'_>) -> Result<f32, Error> {
     Ok(words.optional(&AGE)?.unwrap_or(0.0) as f32)
+}
+
+fn subject(word: &[u8]) -> Result<Subject, Error> {
+    let topic = TOPICS
+        .into_iter()
+        .find(|topic| word.eq_ignore_ascii_case(topic.as_bytes()));
+    match (topic, Keyword::find(word)) {
+        (Some(topic), _) => Ok(Subject::Topic(topic)),
+        (None, Some(entry)) => Ok(Subject::Command(entry)),
+        (None, None) => Err(Error::Syntax("no such topic or command")),
+    }
 }
 
 fn parameter(words: &mut Words<'_>) -> Result<Id, Error> {

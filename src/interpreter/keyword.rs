@@ -5,6 +5,8 @@
 pub struct Entry {
     /// The command.
     pub keyword: Keyword,
+    /// What it is about: Help lists by topics, since not all names fit a line.
+    pub topic: &'static str,
     /// How it is written.
     pub name: &'static str,
     /// A shorter way to write it.
@@ -14,7 +16,7 @@ pub struct Entry {
 }
 
 macro_rules! keywords {
-    ($($keyword:ident $name:literal $short:expr, $help:literal;)*) => {
+    ($($keyword:ident $topic:ident $name:literal $short:expr, $help:literal;)*) => {
         /// A command's keyword.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs, reason = "they are named as in the protocol")]
@@ -24,39 +26,39 @@ macro_rules! keywords {
 
         /// Every command.
         pub const ALL: &[Entry] = &[
-            $(Entry { keyword: Keyword::$keyword, name: $name, short: $short, help: $help },)*
+            $(Entry { keyword: Keyword::$keyword, topic: stringify!($topic), name: $name, short: $short, help: $help },)*
         ];
     };
 }
 
 keywords! {
-    Move "move" Some("m"), "[d [v [a]]]: translate by d m (inf: no end) at v m/s with a m/s2; v 0 stops this axis";
-    Turn "turn" Some("t"), "[d [v [a]]]: rotate by d deg (inf: no end) at v deg/s with a deg/s2; v 0 stops this axis";
-    Stop "Stop" None, ": both axes decelerate and hold";
-    GetEstPos "GetEstPos" None, ": x y theta Cxx Cxy Cxt Cyy Cyt Ctt in m and deg";
-    GetEstSpeed "GetEstSpeed" None, ": v_s (m/s) v_alpha (deg/s)";
-    CorrectPos "CorrectPos" None, "dx dy dtheta K11 K12 K13 K21 ... K33: P += K dP, C -= K C, of the last GetEstPos";
-    ResetPos "ResetPos" None, "x y theta [Cxx Cxy Cxt Cyy Cyt Ctt]: set pose and covariance";
-    ObservePos "ObservePos" None, "x y theta Cxx Cxy Cxt Cyy Cyt Ctt [age]: correct by an observed pose";
-    ObserveScalar "ObserveScalar" None, "nu R h1 h2 h3 [age]: correct by an innovation nu with variance R and row h";
-    GetStatus "GetStatus" None, ": move state, turn state, enabled or disabled, fault";
-    GetState "GetState" None, ": t S S' S'' alpha alpha' alpha''";
-    GetTime "GetTime" None, ": seconds since boot";
-    GetBattery "GetBattery" None, ": volts";
-    GetWheels "GetWheels" None, ": counts, speeds (m/s) and duties, left and right";
-    Stream "Stream" None, "period [fields]: telemetry every period s, 0 off; default t x y theta v_s v_alpha";
-    Version "Version" None, ": name, version, target, protocol version";
-    Help "Help" None, "[command]: this";
-    EStop "EStop" None, ": motors off at once, fault estop";
-    ClearFault "ClearFault" None, ": clear the latched fault if its cause is gone";
-    Enable "Enable" None, ": motor power on";
-    Disable "Disable" None, ": stop, then motor power off";
-    GetParam "GetParam" None, "name: value and unit";
-    SetParam "SetParam" None, "name value: set, effective at once";
-    ListParams "ListParams" None, ": all parameters as ~ name value min max unit";
-    SaveParams "SaveParams" None, ": keep the parameters over power-off";
-    LoadParams "LoadParams" None, ": take the kept parameters";
-    ResetParams "ResetParams" None, ": take the defaults";
+    Move motion "move" Some("m"), "[d [v [a]]]: translate by d m (inf: no end) at v m/s with a m/s2; v 0 stops this axis";
+    Turn motion "turn" Some("t"), "[d [v [a]]]: rotate by d deg (inf: no end) at v deg/s with a deg/s2; v 0 stops this axis";
+    Stop motion "Stop" None, ": both axes decelerate and hold";
+    GetEstPos position "GetEstPos" None, ": x y theta Cxx Cxy Cxt Cyy Cyt Ctt in m and deg";
+    GetEstSpeed position "GetEstSpeed" None, ": v_s (m/s) v_alpha (deg/s)";
+    CorrectPos position "CorrectPos" None, "dx dy dtheta K11 K12 K13 K21 ... K33: P += K dP, C -= K C, of the last GetEstPos";
+    ResetPos position "ResetPos" None, "x y theta [Cxx Cxy Cxt Cyy Cyt Ctt]: set pose and covariance";
+    ObservePos position "ObservePos" None, "x y theta Cxx Cxy Cxt Cyy Cyt Ctt [age]: correct by an observed pose";
+    ObserveScalar position "ObserveScalar" None, "nu R h1 h2 h3 [age]: correct by an innovation nu with variance R and row h";
+    GetStatus state "GetStatus" None, ": move state, turn state, enabled or disabled, fault";
+    GetState state "GetState" None, ": t S S' S'' alpha alpha' alpha''";
+    GetTime state "GetTime" None, ": seconds since boot";
+    GetBattery state "GetBattery" None, ": volts";
+    GetWheels state "GetWheels" None, ": counts, speeds (m/s) and duties, left and right";
+    Stream state "Stream" None, "period [fields]: telemetry every period s, 0 off; default t x y theta v_s v_alpha";
+    Version state "Version" None, ": name, version, target, protocol version";
+    Help state "Help" None, "[topic or command]: topics, the commands of a topic, or what a command takes and does";
+    EStop safety "EStop" None, ": motors off at once, fault estop";
+    ClearFault safety "ClearFault" None, ": clear the latched fault if its cause is gone";
+    Enable safety "Enable" None, ": motor power on";
+    Disable safety "Disable" None, ": stop, then motor power off";
+    GetParam parameters "GetParam" None, "name: value and unit";
+    SetParam parameters "SetParam" None, "name value: set, effective at once";
+    ListParams parameters "ListParams" None, ": all parameters as ~ name value min max unit";
+    SaveParams parameters "SaveParams" None, ": keep the parameters over power-off";
+    LoadParams parameters "LoadParams" None, ": take the kept parameters";
+    ResetParams parameters "ResetParams" None, ": take the defaults";
 }
 
 impl Keyword {
@@ -71,3 +73,6 @@ impl Keyword {
         })
     }
 }
+
+/// The topics.
+pub const TOPICS: [&str; 5] = ["motion", "position", "state", "safety", "parameters"];

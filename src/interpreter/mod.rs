@@ -21,7 +21,7 @@ use crate::controller::{AxisCommand, CorrectionError, Event, Interface, Refusal,
 use crate::params::{DEGREES, Id, Kind, ParamError, Params, radians};
 use crate::time::Duration;
 use crate::vehicle::differential;
-use command::{Command, MotionArgs};
+use command::{Command, MotionArgs, Subject};
 use heapless::Deque;
 use keyword::Keyword;
 use line::Reader;
@@ -41,11 +41,11 @@ const MAX_BUSY: usize = 32;
 /// The output buffer: room for four of the longest lines.
 const OUTPUT: usize = 1028;
 
-/// How a line wants to be answered.
+/// What came around a command.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Address {
     tag: Option<u16>,
-    check: bool,
+    has_check: bool,
 }
 
 /// A line that waits for its reply.
@@ -129,24 +129,15 @@ impl Interpreter {
             return;
         }
         let frame = self.reader.frame();
-        let required = self.params.is_on(Id::RequireCrc);
         let address = Address {
             tag: frame.tag,
-            check: frame.has_check || required,
+            has_check: frame.has_check,
         };
         if self.waiting.len() + self.busy.len() >= MAX_UNANSWERED {
             // `can_receive` says when there is no room; a caller that does not ask loses the line.
             let _ = self.busy.push_back(address);
         } else {
-            let command = frame.body.and_then(|body| {
-                let command = command::parse(body);
-                let stops = matches!(command, Ok(Command::Plain(Keyword::Stop | Keyword::EStop)));
-                if required && !frame.has_check && !stops {
-                    Err(Error::Checksum)
-                } else {
-                    command
-                }
-            });
+            let command = frame.body.and_then(command::parse);
             // There is room: fewer than four wait.
             let _ = self.waiting.push_back(Waiting { address, command });
         }
@@ -206,22 +197,40 @@ impl Interpreter {
             return false;
         }
         if let Some(Waiting { address, command }) = self.waiting.pop_front() {
+            // Judged now, not on arrival: the line before may have changed what is required.
+            let check = self.wants_check(address);
             let mut text = begin(address);
-            if let Err(error) = command.and_then(|command| self.execute(desk, &command, &mut text))
-            {
+            let done = command
+                .and_then(|command| self.admit(address, command))
+                .and_then(|command| self.execute(desk, &command, &mut text));
+            if let Err(error) = done {
                 text = begin(address);
                 error.write(&mut text);
             }
-            self.send_with(text, address.check);
+            self.send_with(text, check);
             return true;
         }
         if let Some(address) = self.busy.pop_front() {
             let mut text = begin(address);
             Error::Busy.write(&mut text);
-            self.send_with(text, address.check);
+            self.send_with(text, self.wants_check(address));
             return true;
         }
         false
+    }
+
+    /// A line that came with a check is answered with one, and every line while checks are required.
+    fn wants_check(&self, address: Address) -> bool {
+        address.has_check || self.params.is_on(Id::RequireCrc)
+    }
+
+    /// Refuses a command without the check that is required; what stops the base needs none.
+    fn admit(&self, address: Address, command: Command) -> Result<Command, Error> {
+        let stops = matches!(command, Command::Plain(Keyword::Stop | Keyword::EStop));
+        if self.wants_check(address) && !address.has_check && !stops {
+            return Err(Error::Checksum);
+        }
+        Ok(command)
     }
 
     fn execute(
@@ -256,8 +265,8 @@ impl Interpreter {
                 return Ok(());
             }
             Command::Stream(period, fields) => self.stream.set(period, fields),
-            Command::Help(entry) => {
-                help(text, entry);
+            Command::Help(subject) => {
+                help(text, subject);
                 return Ok(());
             }
             Command::GetParam(id) => {
@@ -427,18 +436,27 @@ fn begin(address: Address) -> Text {
     text
 }
 
-fn help(text: &mut Text, entry: Option<keyword::Entry>) {
+fn help(text: &mut Text, subject: Subject) {
     text.str("Help");
-    if let Some(entry) = entry {
-        text.word(entry.short.unwrap_or(entry.name));
-        if entry.short.is_some() {
-            text.str(" or ").str(entry.name);
+    match subject {
+        Subject::Topics => {
+            for topic in keyword::TOPICS {
+                text.word(topic);
+            }
+            text.str("; try Help motion, Help move");
         }
-        text.word(entry.help);
-        return;
-    }
-    for entry in keyword::ALL {
-        text.word(entry.name);
+        Subject::Topic(topic) => {
+            for entry in keyword::ALL.iter().filter(|entry| entry.topic == topic) {
+                text.word(entry.name);
+            }
+        }
+        Subject::Command(entry) => {
+            text.word(entry.short.unwrap_or(entry.name));
+            if entry.short.is_some() {
+                text.str(" or ").str(entry.name);
+            }
+            text.word(entry.help);
+        }
     }
 }
 

@@ -57,6 +57,16 @@ pub fn symmetric<const N: usize>(
     }
 }
 
+/// A covariance as it was written down with six digits: its own scale, and twice the tolerance, since a singular one can lose 1.7e-5 by them.
+///
+/// # Errors
+/// [`NotPositive`] if an eigenvalue is below −2e-5 in correlation scale, or an element is not finite.
+pub fn written_covariance<const N: usize>(
+    m: &SMatrix<f64, N, N>,
+) -> Result<SMatrix<f64, N, N>, NotPositive> {
+    project(m, m, 2.0 * NEGATIVE)
+}
+
 /// The symmetric matrix `m` itself if it is positive semi-definite; if rounding made an eigenvalue slightly negative, the nearest one that is.
 ///
 /// Eigenvalues are those of D^-½ m D^-½, with D the diagonal of `scale`: a matrix of metres and radians has no scale of its own.
@@ -66,6 +76,14 @@ pub fn symmetric<const N: usize>(
 pub fn nearest_positive<const N: usize>(
     m: &SMatrix<f64, N, N>,
     scale: &SMatrix<f64, N, N>,
+) -> Result<SMatrix<f64, N, N>, NotPositive> {
+    project(m, scale, NEGATIVE)
+}
+
+fn project<const N: usize>(
+    m: &SMatrix<f64, N, N>,
+    scale: &SMatrix<f64, N, N>,
+    most_negative: f64,
 ) -> Result<SMatrix<f64, N, N>, NotPositive> {
     if !is_finite(m) {
         return Err(NotPositive);
@@ -83,7 +101,7 @@ pub fn nearest_positive<const N: usize>(
     let correlation = m.component_mul(&(inverse * inverse.transpose()));
     let (values, vectors) = eigen(&correlation);
     let smallest = values.min();
-    if smallest.is_nan() || smallest < NEGATIVE {
+    if smallest.is_nan() || smallest < most_negative {
         return Err(NotPositive);
     }
     if smallest >= 0.0 {

@@ -10,6 +10,7 @@ mod trigonometry;
 pub(crate) use covariance::tidy;
 pub use covariance::{
     Asymmetric, NotPositive, is_finite, nearest_positive, symmetric, upper_triangle,
+    written_covariance,
 };
 pub use split::Split;
 pub use sum::Sum;
