@@ -387,7 +387,7 @@ fn no_covariance_that_is_taken_becomes_infinite_by_driving() {
     for line in [
         "SetParam max_speed 20",
         "SetParam max_accel 50",
-        "ResetPos 0 0 0 3e38 0 0 3e38 0 3e38",
+        "ResetPos 0 0 0 1e12 0 0 1e12 0 1e12",
         "m inf 20 50",
     ] {
         rig.ok(line);

@@ -63,7 +63,10 @@ impl Log {
         };
         let mut rows: Vec<Row> = Vec::new();
         for record in reader.records() {
-            let record = record.with_context(|| shown.to_string())?;
+            let record = record.map_err(|error| {
+                let line = error.position().map_or(0, csv::Position::line);
+                anyhow!("{shown}:{line}: {error}")
+            })?;
             let line = record.position().map_or(0, csv::Position::line);
             let number = |index: usize| -> Result<f64> {
                 let word = record.get(index).unwrap_or_default();
@@ -150,7 +153,12 @@ pub struct Errors {
 /// None: the fakes never refuse.
 pub fn replay(log: &Log, robot: &Robot, params: &Params) -> Result<Replay> {
     let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
-    let mut vehicle = vehicle(&wires, robot, params)?;
+    // A log's row may hold more counts than a narrow counter can.
+    let robot = Robot {
+        narrow_counters: false,
+        ..robot.clone()
+    };
+    let mut vehicle = vehicle(&wires, &robot, params)?;
     let mut estimator = Estimator::new(params.build(crate::rig::PERIOD).noise);
     let [x, y, theta] = log.rows[0].truth.unwrap_or_default();
     let start = Estimate::certain(Pose { x, y, theta });
@@ -212,7 +220,7 @@ impl Replay {
     #[must_use]
     pub fn report(&self) -> String {
         let Estimate { pose, covariance } = self.last();
-        let [xx, xy, xt, yy, yt, tt] = upper_triangle(covariance).map(f64::from);
+        let [xx, xy, xt, yy, yt, tt] = upper_triangle(covariance);
         let degrees = f64::to_degrees(1.0);
         let mut lines = vec![
             format!(
@@ -294,7 +302,7 @@ impl Replay {
             covariance: self
                 .estimates
                 .iter()
-                .map(|e| upper_triangle(&e.covariance).map(f64::from))
+                .map(|e| upper_triangle(&e.covariance))
                 .collect(),
         }
     }

@@ -192,7 +192,7 @@ impl Rig {
     pub fn row(&self) -> Row {
         let snapshot = self.snapshot();
         let estimate = snapshot.estimator.present();
-        let c = estimate.covariance.cast::<f64>();
+        let c = &estimate.covariance;
         let [true_x, true_y, true_theta] = self.plant.pose();
         let (translation, rotation) = (&snapshot.translation, &snapshot.rotation);
         let [left, right] = &snapshot.wheels;

@@ -1,9 +1,15 @@
 //! Corrections from outside: the Kalman command, and observations that arrive late [C §3], theory section 4.
 //!
-//! Everything here runs outside the control interrupt, against a snapshot, in f64: differences of nearly equal covariances are formed.
+//! Everything here runs outside the control interrupt, against a snapshot. Differences of nearly equal covariances are formed: interpolated or rounded,
+//! they may be slightly indefinite, and their positive part is what counts.
+//!
+//! An older observation after a newer one is taken as if the newer had not told of the older's instant: what the two share is counted as the theory's
+//! section 4 does, which may be off by a tenth of the covariance. Keeping the cross-covariances would cost 4 KiB.
 
 use super::estimator::{Estimate, Pose, transport};
-use crate::math::{NotPositive, is_finite, nearest_positive, symmetric, wrap, written_covariance};
+use crate::math::{
+    NotPositive, is_finite, nearest_positive, positive_part, symmetric, wrap, written_covariance,
+};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Why a correction was refused. Nothing has changed.
@@ -57,7 +63,7 @@ pub fn with_gain(
     shift: Vector3<f64>,
     gain: &Matrix3<f64>,
 ) -> Result<Update, CorrectionError> {
-    let c = estimate.covariance.cast::<f64>();
+    let c = estimate.covariance;
     let after = symmetric(&(c - gain * c), &c).map_err(|_| CorrectionError::NotPositive)?;
     Update::new(estimate, gain * shift, nearest_positive(&after, &c)?)
 }
@@ -82,7 +88,7 @@ pub fn observe<const M: usize>(
     gate: f64,
 ) -> Result<(Update, f32), CorrectionError> {
     let r = written_covariance(r)?;
-    let c = estimate.covariance.cast::<f64>();
+    let c = estimate.covariance;
     let s = r + h * c * h.transpose();
     // A singular S means that both the estimate and the observation claim to be exact.
     let inverse = invert(&s).ok_or(CorrectionError::NotPositive)?;
@@ -143,7 +149,7 @@ impl Update {
         if !shift.iter().all(|e| e.is_finite()) || !is_finite(&after) {
             return Err(CorrectionError::NotFinite);
         }
-        let before = estimate.covariance.cast::<f64>();
+        let before = estimate.covariance;
         Ok(Self {
             pose: estimate.pose,
             before,
@@ -159,8 +165,9 @@ impl Update {
     #[must_use]
     pub fn carried_to_later(&self, estimate: &Estimate) -> Estimate {
         let phi = self.transport_to(&estimate.pose);
-        let noise = estimate.covariance.cast::<f64>() - phi * self.before * phi.transpose();
-        let c = phi * self.after * phi.transpose() + positive_part(&noise, &estimate.covariance);
+        let noise = estimate.covariance - phi * self.before * phi.transpose();
+        let c = phi * self.after * phi.transpose()
+            + positive_part(&((noise + noise.transpose()) * 0.5));
         moved(estimate, phi * self.shift, &c)
     }
 
@@ -172,13 +179,13 @@ impl Update {
         };
         // Φ from there to here is the inverse of Φ from here to there.
         let phi = transport(self.pose.x - estimate.pose.x, self.pose.y - estimate.pose.y);
-        let c = estimate.covariance.cast::<f64>();
+        let c = estimate.covariance;
         let gain = c * phi.transpose() * inverse;
         let c = c + gain * (self.after - self.before) * gain.transpose();
         moved(
             estimate,
             gain * self.shift,
-            &positive_part(&c, &estimate.covariance),
+            &positive_part(&((c + c.transpose()) * 0.5)),
         )
     }
 
@@ -194,14 +201,8 @@ fn moved(estimate: &Estimate, shift: Vector3<f64>, c: &Matrix3<f64>) -> Estimate
             y: estimate.pose.y + shift.y,
             theta: estimate.pose.theta + shift.z,
         },
-        covariance: ((c + c.transpose()) * 0.5).cast::<f32>(),
+        covariance: (c + c.transpose()) * 0.5,
     }
-}
-
-/// The positive semi-definite part of a matrix whose negative part is rounding of `scale`. Zero if it is worse than that.
-fn positive_part(m: &Matrix3<f64>, scale: &crate::math::Matrix3) -> Matrix3<f64> {
-    let symmetric = (m + m.transpose()) * 0.5;
-    nearest_positive(&symmetric, &scale.cast::<f64>()).unwrap_or_default()
 }
 
 /// z − P̂ for a full observation, the angle wrapped to the nearer side.

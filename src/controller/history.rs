@@ -103,7 +103,7 @@ fn interpolate(before: &Past, after: &Past, time: Instant) -> Past {
                 y: mix(a.pose.y, b.pose.y),
                 theta: mix(a.pose.theta, b.pose.theta),
             },
-            covariance: a.covariance * (1.0 - w) + b.covariance * w,
+            covariance: a.covariance * f64::from(1.0 - w) + b.covariance * f64::from(w),
         },
     }
 }

@@ -124,8 +124,11 @@ impl<C> Interface<C> {
     /// Takes the state after a tick over.
     pub fn update(&mut self, snapshot: Snapshot) {
         self.snapshot = snapshot;
-        self.history
-            .record(snapshot.time, || snapshot.estimator.present());
+        // While a request is under way, snapshots may not show its correction yet, and the past already does.
+        if self.is_idle() {
+            self.history
+                .record(snapshot.time, || snapshot.estimator.present());
+        }
     }
 
     /// The last snapshot.
@@ -209,7 +212,10 @@ impl<C> Interface<C> {
     /// `GetEstPos`: the estimate as of the last tick. A CorrectPos within 1.5 s refers to it.
     pub fn get_est_pos(&mut self) -> Estimate {
         let past = self.present();
-        self.answered = Some(past);
+        // An estimate that a request under way is about to change is no ground for a correction.
+        if self.is_idle() {
+            self.answered = Some(past);
+        }
         past.estimate
     }
 
@@ -284,9 +290,8 @@ impl<C> Interface<C> {
         }
         let symmetric = crate::math::symmetric(covariance, covariance)
             .map_err(|_| CorrectionError::NotPositive)?;
-        let covariance = crate::math::written_covariance(&symmetric)
-            .map_err(CorrectionError::from)?
-            .cast::<f32>();
+        let covariance =
+            crate::math::written_covariance(&symmetric).map_err(CorrectionError::from)?;
         let correction = self
             .snapshot
             .estimator

@@ -200,8 +200,8 @@ impl Interpreter {
             // Judged now, not on arrival: the line before may have changed what is required.
             let check = self.wants_check(address);
             let mut text = begin(address);
-            let done = command
-                .and_then(|command| self.admit(address, command))
+            let done = self
+                .admit(address, command)
                 .and_then(|command| self.execute(desk, &command, &mut text));
             if let Err(error) = done {
                 text = begin(address);
@@ -224,13 +224,15 @@ impl Interpreter {
         address.has_check || self.params.is_on(Id::RequireCrc)
     }
 
-    /// Refuses a command without the check that is required; what stops the base needs none.
-    fn admit(&self, address: Address, command: Command) -> Result<Command, Error> {
-        let stops = matches!(command, Command::Plain(Keyword::Stop | Keyword::EStop));
-        if self.wants_check(address) && !address.has_check && !stops {
-            return Err(Error::Checksum);
+    /// Refuses a line without the check that is required, whatever it says; what stops the base needs none.
+    fn admit(&self, address: Address, command: Result<Command, Error>) -> Result<Command, Error> {
+        let missing = self.params.is_on(Id::RequireCrc) && !address.has_check;
+        match command {
+            Ok(Command::Plain(Keyword::Stop | Keyword::EStop))
+            | Err(Error::TooLong | Error::BadByte) => command,
+            _ if missing => Err(Error::Checksum),
+            _ => command,
         }
-        Ok(command)
     }
 
     fn execute(

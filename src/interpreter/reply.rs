@@ -17,7 +17,7 @@ pub fn heading(text: &mut Text, theta: f64) {
 
 /// `EstPos x y θ Cxx Cxy Cxθ Cyy Cyθ Cθθ`.
 pub fn est_pos(text: &mut Text, estimate: &Estimate) {
-    let c = estimate.covariance.cast::<f64>();
+    let c = &estimate.covariance;
     text.str("EstPos")
         .fixed(estimate.pose.x, 6)
         .fixed(estimate.pose.y, 6);

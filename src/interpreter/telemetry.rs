@@ -142,22 +142,22 @@ impl Stream {
                 }
                 Field::Theta => heading(text, estimate.pose.theta),
                 Field::Cxx => {
-                    text.scientific(f64::from(c.m11));
+                    text.scientific(c.m11);
                 }
                 Field::Cxy => {
-                    text.scientific(f64::from(c.m12));
+                    text.scientific(c.m12);
                 }
                 Field::Cxt => {
-                    text.scientific(f64::from(c.m13) * DEGREES);
+                    text.scientific(c.m13 * DEGREES);
                 }
                 Field::Cyy => {
-                    text.scientific(f64::from(c.m22));
+                    text.scientific(c.m22);
                 }
                 Field::Cyt => {
-                    text.scientific(f64::from(c.m23) * DEGREES);
+                    text.scientific(c.m23 * DEGREES);
                 }
                 Field::Ctt => {
-                    text.scientific(f64::from(c.m33) * DEGREES * DEGREES);
+                    text.scientific(c.m33 * DEGREES * DEGREES);
                 }
                 Field::Speed => metres(text, translation.speed),
                 Field::SpeedRef => metres(text, translation.reference_speed),

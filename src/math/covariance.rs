@@ -1,7 +1,6 @@
 //! Symmetric positive semi-definite matrices, kept so against rounding.
 
-use super::{Matrix3, sqrt};
-use nalgebra::SMatrix;
+use nalgebra::{Matrix3, SMatrix, SVector};
 
 /// The matrix is further from its transpose than rounding explains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,37 +87,65 @@ fn project<const N: usize>(
     if !is_finite(m) {
         return Err(NotPositive);
     }
-    let d = scale
-        .diagonal()
-        .map(|v| if v > 0.0 { libm::sqrt(v) } else { 0.0 });
-    let inverse = d.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });
+    let d = deviations(scale);
     // A state with no variance at all has no covariances either.
-    for (row, i) in m.row_iter().zip(inverse.iter()) {
-        if *i == 0.0 && row.iter().any(|e| *e != 0.0) {
+    for (row, d) in m.row_iter().zip(d.iter()) {
+        if *d == 0.0 && row.iter().any(|e| *e != 0.0) {
             return Err(NotPositive);
         }
     }
-    let correlation = m.component_mul(&(inverse * inverse.transpose()));
-    let (values, vectors) = eigen(&correlation);
-    let smallest = values.min();
+    let (smallest, projected) = clamp_eigenvalues(m, &d);
     if smallest.is_nan() || smallest < most_negative {
         return Err(NotPositive);
     }
+    Ok(projected)
+}
+
+/// The positive semi-definite part of a symmetric matrix, however large its negative part is. Zero if it is not finite.
+#[must_use]
+pub fn positive_part<const N: usize>(m: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
+    if !is_finite(m) {
+        return SMatrix::zeros();
+    }
+    let mut m = *m;
+    // Without a variance there is no scale: rounding may have left covariances.
+    for i in 0..N {
+        if m[(i, i)] <= 0.0 {
+            m.row_mut(i).fill(0.0);
+            m.column_mut(i).fill(0.0);
+        }
+    }
+    clamp_eigenvalues(&m, &deviations(&m)).1
+}
+
+/// Square roots of the diagonal, 0 for what is not positive.
+fn deviations<const N: usize>(m: &SMatrix<f64, N, N>) -> SVector<f64, N> {
+    m.diagonal()
+        .map(|v| if v > 0.0 { libm::sqrt(v) } else { 0.0 })
+}
+
+/// The smallest eigenvalue of D⁻¹ m D⁻¹, and m without its negative ones.
+fn clamp_eigenvalues<const N: usize>(
+    m: &SMatrix<f64, N, N>,
+    d: &SVector<f64, N>,
+) -> (f64, SMatrix<f64, N, N>) {
+    let inverse = d.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });
+    let correlation = m.component_mul(&(inverse * inverse.transpose()));
+    let (values, vectors) = eigen(&correlation);
+    let smallest = values.min();
     if smallest >= 0.0 {
-        return Ok(*m);
+        return (smallest, *m);
     }
     let positive =
         vectors * SMatrix::from_diagonal(&values.map(|v| v.max(0.0))) * vectors.transpose();
     let projected = positive.component_mul(&(d * d.transpose()));
-    Ok((projected + projected.transpose()) * 0.5)
+    (smallest, (projected + projected.transpose()) * 0.5)
 }
 
 /// Eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations.
 ///
 /// A fixed number of sweeps: convergence is quadratic, and six leave nothing above 1e-16 for the 3 to 6 states that occur here.
-fn eigen<const N: usize>(
-    m: &SMatrix<f64, N, N>,
-) -> (nalgebra::SVector<f64, N>, SMatrix<f64, N, N>) {
+fn eigen<const N: usize>(m: &SMatrix<f64, N, N>) -> (SVector<f64, N>, SMatrix<f64, N, N>) {
     const SWEEPS: usize = 8;
     let mut a = *m;
     let mut v = SMatrix::<f64, N, N>::identity();
@@ -150,26 +177,6 @@ fn eigen<const N: usize>(
 
 /// The six different elements of a symmetric matrix: xx, xy, xθ, yy, yθ, θθ, the order in which the protocol prints them.
 #[must_use]
-pub fn upper_triangle(m: &Matrix3) -> [f32; 6] {
+pub fn upper_triangle(m: &Matrix3<f64>) -> [f64; 6] {
     [m.m11, m.m12, m.m13, m.m22, m.m23, m.m33]
-}
-
-/// Puts a covariance right that f32 propagation has made slightly indefinite.
-///
-/// The step itself preserves semi-definiteness but for rounding, so a look at the three 2×2 minors is enough each time; only when one of them is
-/// beyond rounding is the eigenvalue projection run.
-pub(crate) fn tidy(m: &mut Matrix3) {
-    let minor = |a: f32, b: f32, c: f32| c.abs() <= sqrt(a * b) * (1.0 + 1e-5);
-    let good = m.m11 >= 0.0
-        && m.m22 >= 0.0
-        && m.m33 >= 0.0
-        && minor(m.m11, m.m22, m.m12)
-        && minor(m.m11, m.m33, m.m13)
-        && minor(m.m22, m.m33, m.m23);
-    if !good {
-        let wide = m.cast::<f64>();
-        if let Ok(positive) = nearest_positive(&wide, &wide) {
-            *m = positive.cast::<f32>();
-        }
-    }
 }

@@ -7,9 +7,8 @@ mod split;
 mod sum;
 mod trigonometry;
 
-pub(crate) use covariance::tidy;
 pub use covariance::{
-    Asymmetric, NotPositive, is_finite, nearest_positive, symmetric, upper_triangle,
+    Asymmetric, NotPositive, is_finite, nearest_positive, positive_part, symmetric, upper_triangle,
     written_covariance,
 };
 pub use split::Split;
@@ -17,9 +16,6 @@ pub use sum::Sum;
 pub use trigonometry::{sin_cos, sinc, sinc_cosc};
 
 use core::f64::consts::{PI, TAU};
-
-/// A 3×3 matrix in the control path's precision.
-pub type Matrix3 = nalgebra::Matrix3<f32>;
 
 /// Square root, f32. Zero for a negative argument or NaN: callers pass squares and variances, where either is rounding.
 #[must_use]
