@@ -4,7 +4,7 @@ mod counts;
 
 use counts::{COUNT, Random, geometry, quantised, vehicle};
 use vehicle_controller::controller::{
-    AxisCommand, Config, Controller, Event, Inputs, Request, Snapshot,
+    Action, AxisCommand, Config, Controller, Event, Inputs, Snapshot,
 };
 use vehicle_controller::params::Params;
 use vehicle_controller::time::{Duration, Instant};
@@ -196,16 +196,16 @@ fn precise() -> Config<differential::Config> {
 }
 
 /// Forward, a quarter turn, back: each in its five seconds.
-fn course(leg: usize) -> Request<differential::Config> {
+fn course(leg: usize) -> Action<differential::Config> {
     let command = |distance, speed, acceleration| AxisCommand {
         distance,
         speed,
         acceleration,
     };
     match leg {
-        0 => Request::Move(command(0.8, 0.4, ACCELERATION)),
-        1 => Request::Turn(command(std::f32::consts::FRAC_PI_2, 1.5, TURN_ACCELERATION)),
-        _ => Request::Move(command(-0.5, 0.3, ACCELERATION)),
+        0 => Action::Move(command(0.8, 0.4, ACCELERATION)),
+        1 => Action::Turn(command(std::f32::consts::FRAC_PI_2, 1.5, TURN_ACCELERATION)),
+        _ => Action::Move(command(-0.5, 0.3, ACCELERATION)),
     }
 }
 

@@ -2,12 +2,11 @@
 
 use proptest::prelude::*;
 use vehicle_controller::controller::profile::Profile;
-use vehicle_controller::controller::{Axis, AxisCommand, AxisConfig, State};
+use vehicle_controller::controller::{Axis, AxisCommand, AxisConfig, Cycle, State};
 
 const T: f32 = 1e-3;
 
 const CONFIG: AxisConfig = AxisConfig {
-    period: T,
     gain: 8.0,
     max_error: 0.01,
     tolerance: 1e-3,
@@ -36,11 +35,12 @@ impl Ideal {
     }
 
     fn command(&mut self, distance: f32, speed: f32, acceleration: f32) {
-        self.axis.command(AxisCommand {
+        let command = AxisCommand {
             distance,
             speed,
             acceleration,
-        });
+        };
+        self.axis.command(&CONFIG, command);
         self.travelled = 0.0;
     }
 
@@ -48,9 +48,15 @@ impl Ideal {
     fn cycle(&mut self) -> f32 {
         let before = self.axis.reference_speed();
         self.axis.measure(self.last as f32, 1);
-        self.axis.advance(&CONFIG, before, 1);
+        let cycle = Cycle {
+            period: T,
+            steps: 1,
+            speed: before,
+            share: 1.0,
+        };
+        self.axis.advance(&CONFIG, &cycle);
         // v_ref of the cycle under way, times T: what an ideal vehicle will have moved.
-        self.last = f64::from(self.axis.velocity(&CONFIG)) * f64::from(T);
+        self.last = f64::from(self.axis.velocity(&CONFIG, T)) * f64::from(T);
         self.travelled += self.last;
         self.axis.reference_speed() - before
     }
@@ -120,7 +126,7 @@ fn the_reference_lands_on_d_to_the_last_digit() {
         profile.go(d, v, a);
         let mut travelled = 0.0;
         while !profile.has_landed() {
-            travelled += f64::from(profile.step(T).displacement);
+            travelled += f64::from(profile.step(T, 1.0).displacement);
         }
         // The remainder is kept in 48 bits; the sum in f64 here is not better.
         assert!((travelled - f64::from(d)).abs() < 1e-10, "{d}: {travelled}");

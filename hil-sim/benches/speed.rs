@@ -8,7 +8,7 @@ use hil_sim::robot::Robot;
 use std::f64::consts::PI;
 use std::hint::black_box;
 use std::rc::Rc;
-use vehicle_controller::controller::{AxisCommand, Controller, Inputs, Request, State};
+use vehicle_controller::controller::{Action, AxisCommand, Controller, Inputs, State};
 use vehicle_controller::time::{self, Instant};
 
 fn robot() -> Robot {
@@ -27,8 +27,8 @@ fn tick(c: &mut Criterion) {
         acceleration,
     };
     for request in [
-        Request::Move(without_end(0.2, 0.5)),
-        Request::Turn(without_end(0.5, 2.0)),
+        Action::Move(without_end(0.2, 0.5)),
+        Action::Turn(without_end(0.5, 2.0)),
     ] {
         controller.request(request).expect("there is room for four");
     }

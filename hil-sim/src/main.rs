@@ -14,7 +14,7 @@ use hil_sim::robot::{Robot, describe};
 use hil_sim::script::Script;
 use hil_sim::trace;
 use std::io::Write;
-use std::net::SocketAddr;
+use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trace_file::TraceFile;
@@ -68,7 +68,7 @@ struct Drive {
     #[arg(long, conflicts_with = "tcp")]
     pty: bool,
     /// Offer the serial line as a TCP port on loopback
-    #[arg(long, value_name = "127.0.0.1:PORT")]
+    #[arg(long, value_name = "127.0.0.1:PORT", value_parser = parse_address)]
     tcp: Option<SocketAddr>,
 }
 
@@ -126,11 +126,32 @@ fn main() -> ExitCode {
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
+        // Whoever read the output has seen enough.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::from(2)
         }
     }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error
+        .downcast_ref::<std::io::Error>()
+        .is_some_and(|error| error.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// `127.0.0.1:4000`, `localhost:4000` or just `4000`.
+fn parse_address(text: &str) -> Result<SocketAddr> {
+    if let Ok(port) = text.parse::<u16>() {
+        return Ok(SocketAddr::from(([127, 0, 0, 1], port)));
+    }
+    let mut addresses = text
+        .to_socket_addrs()
+        .map_err(|_| anyhow!("write an address like 127.0.0.1:4000, or a port"))?;
+    addresses
+        .next()
+        .ok_or_else(|| anyhow!("{text} has no address"))
 }
 
 impl Base {

@@ -161,6 +161,10 @@ impl Drive for FakeDrive {
         }
     }
 
+    fn holds_load(&self) -> bool {
+        matches!(self, Self::Bridge(servo) if servo.holds_load())
+    }
+
     fn off(&mut self) -> Result<(), OutputError> {
         match self {
             Self::Bridge(servo) => servo.off(),

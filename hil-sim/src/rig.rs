@@ -181,8 +181,8 @@ impl Rig {
         self.serial.advance(PERIOD);
         self.interpreter.receive_from(&mut self.serial);
         self.interpreter.poll(&mut self.desk);
-        if let Some(request) = self.desk.take_request() {
-            // A desk has one request under way at a time, and every tick takes it.
+        while let Some(request) = self.desk.take_request() {
+            // There is room: a desk has at most two under way, and every tick takes them.
             let _ = self.controller.request(request);
         }
         self.interpreter.transmit_to(&mut self.serial);

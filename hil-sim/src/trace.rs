@@ -99,9 +99,9 @@ pub struct Row {
     pub left_count: i64,
     /// Count of the right encoder, encoder counts.
     pub right_count: i64,
-    /// Speed of the left wheel, rad/s.
+    /// Speed of the left wheel, m/s.
     pub left_speed: f64,
-    /// Speed of the right wheel, rad/s.
+    /// Speed of the right wheel, m/s.
     pub right_speed: f64,
     /// Duty of the left motor, -1 to 1, no unit.
     pub left_duty: f64,

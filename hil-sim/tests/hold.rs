@@ -114,3 +114,19 @@ fn heading_is_held_while_a_move_starts() {
     assert!(max(truths.iter().map(|t| t.heading.abs())) < 1.0);
     assert!(truths[5999].heading.abs() < 0.2);
 }
+
+#[test]
+fn a_steady_force_is_held_without_nudging() {
+    let mut bench = holding("default", 2);
+    let before = bench.truth();
+    bench.rig.push(8.0, 0.0, 12.0);
+    bench.run(2.0);
+    let truths = bench.run(10.0);
+    let speeds: Vec<f64> = truths.iter().map(|t| t.speed).collect();
+    assert!(rms(&speeds) < 0.5e-3, "{} m/s", rms(&speeds));
+    let range = max(truths.iter().map(|t| t.x)) + max(truths.iter().map(|t| -t.x));
+    assert!(range < 0.3e-3, "{range} m");
+    bench.run(3.0);
+    let after = bench.truth();
+    assert!((after.x - before.x).hypot(after.y - before.y) < 1e-3);
+}

@@ -223,3 +223,25 @@ fn move_and_turn_together_are_each_as_alone() {
         }
     }
 }
+
+#[test]
+fn curvature_is_kept_when_a_wheel_would_be_too_fast() {
+    for (v, w) in [(0.7, 360.0), (0.7, 200.0), (0.3, 360.0), (0.6, -120.0)] {
+        let mut bench = Bench::new("default", 1);
+        bench.send(&format!("m inf {v} 2"));
+        let sign = if w < 0.0 { "-inf" } else { "inf" };
+        bench.send(&format!("t {sign} {} 1000", f64::abs(w)));
+        bench.run(2.0);
+        let truths = bench.run(1.0);
+        let mean = |of: fn(&Truth) -> f64| truths.iter().map(of).sum::<f64>() / 1000.0;
+        let radius = mean(|t| t.speed) / mean(|t| t.turn_speed).to_radians();
+        let wanted = v / f64::to_radians(w);
+        // Tyres creep a little in a tight curve.
+        assert!(
+            (radius / wanted - 1.0).abs() < 0.02,
+            "{v} {w}: {radius} m, not {wanted} m"
+        );
+        let fastest = mean(|t| t.speed).abs() + 0.1 * mean(|t| t.turn_speed).to_radians().abs();
+        assert!(fastest < 0.75 && fastest > 0.68, "{v} {w}: {fastest} m/s");
+    }
+}

@@ -59,8 +59,6 @@ pub struct AxisCommand {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AxisConfig {
-    /// Nominal length of a cycle T, s.
-    pub period: f32,
     /// Position gain k_p, 1/s.
     pub gain: f32,
     /// Largest following error: beyond it the reference waits.
@@ -69,6 +67,19 @@ pub struct AxisConfig {
     pub tolerance: f32,
     /// Below this speed the axis has come to rest.
     pub rest_speed: f32,
+}
+
+/// What an axis needs to know of a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cycle {
+    /// Nominal length T, s.
+    pub period: f32,
+    /// How many of them have passed.
+    pub steps: u32,
+    /// The measured speed, m/s or rad/s.
+    pub speed: f32,
+    /// How much of the command's speed there is to have, 0 to 1: the wheels' limit, shared by both axes.
+    pub share: f32,
 }
 
 /// What an axis waits for in HOLD.
@@ -138,9 +149,11 @@ impl Axis {
         self.error -= moved;
     }
 
-    /// Replaces the command. S restarts at 0; the following error stays, so that nothing steps.
-    pub fn command(&mut self, command: AxisCommand) {
+    /// Replaces the command. S restarts at 0; the following error stays, so that nothing steps, as far as a following error goes: a vehicle that was
+    /// carried away sets out from where it is.
+    pub fn command(&mut self, config: &AxisConfig, command: AxisCommand) {
         self.moved = Sum::default();
+        self.error = limit(self.error, config.max_error);
         if command.speed > 0.0 {
             // S := 0 and s_ref := e, so d − e remains.
             self.profile.go(
@@ -166,16 +179,22 @@ impl Axis {
         self.moved = moved;
     }
 
-    /// Advances the reference by `steps` cycles (0: none is due yet); `speed` is the measured one.
-    pub fn advance(&mut self, config: &AxisConfig, speed: f32, steps: u32) -> Option<AxisEvent> {
+    /// Advances the reference by `steps` cycles of nominal length (0: none is due yet).
+    pub fn advance(&mut self, config: &AxisConfig, cycle: &Cycle) -> Option<AxisEvent> {
+        let Cycle {
+            period,
+            steps,
+            speed,
+            share,
+        } = *cycle;
         for remaining in (0..steps).rev() {
             if self.profile.has_landed() {
                 self.ahead = 0.0;
                 self.reference_acceleration = 0.0;
                 break;
             }
-            let step = self.profile.step(config.period);
-            self.reference_acceleration = step.speed_change / config.period;
+            let step = self.profile.step(period, share);
+            self.reference_acceleration = step.speed_change / period;
             self.state = match step.phase {
                 Phase::Accelerating => State::Accel,
                 Phase::Cruising => State::Move,
@@ -195,7 +214,7 @@ impl Axis {
             // S := S − d, where d is s_ref at the end of this cycle.
             self.moved = Sum::new(-(self.error + self.ahead));
         }
-        self.settle(config, speed, steps as f32 * config.period)
+        self.settle(config, speed, steps as f32 * period)
     }
 
     /// The part of a reference step that keeps the error within its bound; the rest is taken back.
@@ -241,8 +260,8 @@ impl Axis {
     /// The correction is bounded by that of the largest error, so a vehicle that was pushed away comes back gently, and while the reference moves
     /// the whole by [`OVERSPEED`], so a vehicle that was held up does not race after it.
     #[must_use]
-    pub fn velocity(&self, config: &AxisConfig) -> f32 {
-        let reference = self.ahead / config.period;
+    pub fn velocity(&self, config: &AxisConfig, period: f32) -> f32 {
+        let reference = self.ahead / period;
         let velocity = reference + limit(config.gain * self.error, config.gain * config.max_error);
         if self.state == State::Hold {
             velocity
@@ -250,6 +269,12 @@ impl Axis {
             let pace = self.profile.pace().max(reference.abs());
             limit(velocity, OVERSPEED * pace)
         }
+    }
+
+    /// The speed that the reference strives for, signed.
+    #[must_use]
+    pub fn wanted_speed(&self) -> f32 {
+        self.profile.wanted_speed()
     }
 
     /// Acceleration of the reference in the cycle under way.

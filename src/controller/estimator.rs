@@ -16,6 +16,19 @@ pub struct Pose {
     pub theta: f64,
 }
 
+impl Pose {
+    /// P := P + ΔP; returns Δx and Δy.
+    fn advance(&mut self, motion: &Compound) -> (f32, f32) {
+        let (sin, cos) = sin_cos(wrap(self.theta) as f32);
+        let (ahead, aside) = (motion.ahead.get(), motion.aside.get());
+        let (dx, dy) = (ahead * cos - aside * sin, ahead * sin + aside * cos);
+        self.x += f64::from(dx);
+        self.y += f64::from(dy);
+        self.theta += motion.turned.to_f64();
+        (dx, dy)
+    }
+}
+
 /// The random part of the odometric error (theory section 3).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -109,6 +122,16 @@ impl Estimate {
         }
     }
 
+    /// True if every number is finite and none is beyond use: 10 000 km, some 30 000 turns, a variance of 10¹³.
+    #[must_use]
+    pub fn is_plausible(&self) -> bool {
+        let Pose { x, y, theta } = self.pose;
+        x.abs() <= 1.01e7
+            && y.abs() <= 1.01e7
+            && theta.abs() <= 2e5
+            && self.covariance.iter().all(|e| e.abs() <= 1e13)
+    }
+
     /// Propagates over a compound motion [C §5], corrected as in theory section 3.
     ///
     /// ```text
@@ -118,15 +141,7 @@ impl Estimate {
     /// ```
     pub fn propagate(&mut self, motion: &Compound, noise: &Noise) {
         let heading = wrap(self.pose.theta) as f32;
-        let (sin, cos) = sin_cos(heading);
-        let (ahead, aside) = (motion.ahead.get(), motion.aside.get());
-        let (dx, dy) = (ahead * cos - aside * sin, ahead * sin + aside * cos);
-
-        // P := P + ΔP
-        self.pose.x += f64::from(dx);
-        self.pose.y += f64::from(dy);
-        self.pose.theta += motion.turned.to_f64();
-
+        let (dx, dy) = self.pose.advance(motion);
         let q_s = noise.translation * motion.variation.translation;
         let q_a =
             noise.drift * motion.variation.translation + noise.rotation * motion.variation.rotation;
@@ -258,11 +273,18 @@ impl Estimator {
         estimate
     }
 
+    /// The pose as of now, without the covariance's cost.
+    fn present_pose(&self) -> Pose {
+        let mut pose = self.estimate.pose;
+        pose.advance(&self.since);
+        pose
+    }
+
     /// A correction that makes `after` of the present estimate.
     #[must_use]
     pub fn correction(&self, after: Estimate) -> Correction {
         Correction {
-            before: self.present().pose,
+            before: self.present_pose(),
             variation: self.total,
             after,
         }
@@ -270,7 +292,7 @@ impl Estimator {
 
     /// Applies a correction that was computed from an earlier copy of this estimator.
     pub fn apply(&mut self, correction: &Correction) {
-        let now = self.present().pose;
+        let now = self.present_pose();
         self.estimate = correction.after;
         self.since = Compound::between(
             &correction.before,

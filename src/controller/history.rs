@@ -52,17 +52,24 @@ impl History {
         self.ring.clear();
     }
 
-    /// The estimate at `time`, between entries by interpolation; the oldest if the ring does not reach back so far, `now` if it is newer.
+    /// The estimate at `time`, between entries by interpolation; none if the ring does not reach back so far.
     #[must_use]
-    pub fn at(&self, time: Instant, now: Past) -> Past {
+    pub fn at(&self, time: Instant, now: Past) -> Option<Past> {
         let mut after = now;
         for past in self.ring.iter().rev() {
             if past.time <= time {
-                return interpolate(past, &after, time);
+                return Some(interpolate(past, &after, time));
             }
             after = *past;
         }
-        after
+        None
+    }
+
+    /// How far back it reaches.
+    #[must_use]
+    pub fn reach(&self, now: Instant) -> Duration {
+        let oldest = self.ring.front().map_or(now, |past| past.time);
+        time::since(now, oldest)
     }
 
     /// Corrects every entry.

@@ -2,7 +2,7 @@
 
 use super::correction::{self, CorrectionError, Update};
 use super::history::{History, MAX_AGE, Past};
-use super::{AxisCommand, Config, Estimate, Pose, Request, Snapshot};
+use super::{Action, AxisCommand, Config, Estimate, Pose, Request, Snapshot};
 use crate::supervisor::Fault;
 use crate::time::{self, Duration};
 use nalgebra::{Matrix3, RowVector3, SMatrix, SVector, Vector3};
@@ -35,7 +35,9 @@ pub enum Refusal {
     Acceleration(f32),
     /// The age of an observation is negative, not a number or above 1.5 s.
     Age,
-    /// A number is not finite.
+    /// An observation is older than what is remembered, so many seconds: since start-up, or since the pose was reset.
+    TooOld(f32),
+    /// A number is not finite, or beyond any place on earth.
     NotFinite,
     /// A fault is latched, or its cause persists.
     Fault(Fault),
@@ -54,7 +56,7 @@ impl core::fmt::Display for Refusal {
             Self::Distance => "the distance is not a number",
             Self::Speed(_) => "the speed is out of range",
             Self::Acceleration(_) => "the acceleration is out of range",
-            Self::Age => "the age is out of range",
+            Self::Age | Self::TooOld(_) => "the age is out of range",
             Self::NotFinite => "a number is not finite",
             Self::Fault(_) => "a fault is latched",
             Self::Disabled => "the motors are disabled",
@@ -92,7 +94,7 @@ pub enum Observation {
     },
 }
 
-/// A desk from which the controller is commanded: holds the last snapshot, and hands out one request at a time.
+/// A desk from which the controller is commanded, one to a controller: holds the last snapshot, and hands out one request at a time.
 ///
 /// The glue around it moves [`take_request`](Self::take_request) to [`Controller::request`](super::Controller::request) and
 /// [`Controller::snapshot`](super::Controller::snapshot) to [`update`](Self::update); the two may live at different priorities.
@@ -100,8 +102,11 @@ pub enum Observation {
 pub struct Interface<C> {
     snapshot: Snapshot,
     limits: Limits,
-    request: Option<Request<C>>,
+    request: Option<Action<C>>,
     sent: u32,
+    /// An emergency stop that waits to be handed over, and one whose fault no snapshot shows yet.
+    emergency: bool,
+    awaits_fault: bool,
     history: History,
     /// What GetEstPos last answered: clients compute their gains from it.
     answered: Option<Past>,
@@ -115,7 +120,9 @@ impl<C> Interface<C> {
             snapshot,
             limits,
             request: None,
-            sent: snapshot.requests,
+            sent: snapshot.ticket,
+            emergency: false,
+            awaits_fault: false,
             history: History::default(),
             answered: None,
         }
@@ -124,6 +131,7 @@ impl<C> Interface<C> {
     /// Takes the state after a tick over.
     pub fn update(&mut self, snapshot: Snapshot) {
         self.snapshot = snapshot;
+        self.awaits_fault &= snapshot.fault.is_none();
         // While a request is under way, snapshots may not show its correction yet, and the past already does.
         if self.is_idle() {
             self.history
@@ -136,14 +144,18 @@ impl<C> Interface<C> {
         &self.snapshot
     }
 
-    /// The request that waits to be handed to the controller.
+    /// The request that waits to be handed to the controller; an emergency stop comes first.
     pub fn take_request(&mut self) -> Option<Request<C>> {
-        self.request.take()
+        if core::mem::take(&mut self.emergency) {
+            return Some(Action::EStop.into());
+        }
+        let ticket = Some(self.sent);
+        self.request.take().map(|action| Request { action, ticket })
     }
 
     /// True if every request has been carried out and the snapshot shows it.
     pub fn is_idle(&self) -> bool {
-        self.snapshot.requests == self.sent
+        self.snapshot.ticket == self.sent && !self.awaits_fault
     }
 
     /// `move`: translate by `distance` (m, signed, may be infinite) at `speed` with `acceleration`; speed 0 stops this axis alone.
@@ -153,7 +165,7 @@ impl<C> Interface<C> {
     pub fn move_by(&mut self, command: AxisCommand) -> Result<(), Refusal> {
         let (speed, acceleration) = (self.limits.speed, self.limits.acceleration);
         self.check_motion(&command, speed, acceleration)?;
-        self.send(Request::Move(command))
+        self.send(Action::Move(command))
     }
 
     /// `turn`: rotate by `distance` (rad, signed, may be infinite) at `speed` with `acceleration`; speed 0 stops this axis alone.
@@ -163,23 +175,25 @@ impl<C> Interface<C> {
     pub fn turn_by(&mut self, command: AxisCommand) -> Result<(), Refusal> {
         let (speed, acceleration) = (self.limits.turn_speed, self.limits.turn_acceleration);
         self.check_motion(&command, speed, acceleration)?;
-        self.send(Request::Turn(command))
+        self.send(Action::Turn(command))
     }
 
-    /// `Stop`: both axes decelerate and hold.
+    /// `Stop`: both axes decelerate and hold. Replaces a move or turn that has not been handed over yet.
     ///
     /// # Errors
     /// [`Refusal::Busy`] only.
     pub fn stop(&mut self) -> Result<(), Refusal> {
-        self.send(Request::Stop)
+        if let Some(Action::Move(_) | Action::Turn(_)) = self.request {
+            self.request = Some(Action::Stop);
+            return Ok(());
+        }
+        self.send(Action::Stop)
     }
 
-    /// Motors off at once; the fault `estop` is latched.
-    ///
-    /// # Errors
-    /// [`Refusal::Busy`] only.
-    pub fn emergency_stop(&mut self) -> Result<(), Refusal> {
-        self.send(Request::EStop)
+    /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits.
+    pub fn emergency_stop(&mut self) {
+        self.emergency = true;
+        self.awaits_fault = true;
     }
 
     /// Clears a latched fault. Nothing moves by it.
@@ -189,7 +203,7 @@ impl<C> Interface<C> {
     pub fn clear_fault(&mut self) -> Result<(), Refusal> {
         match self.snapshot.fault {
             Some(fault) if self.snapshot.fault_persists => Err(Refusal::Fault(fault)),
-            _ => self.send(Request::ClearFault),
+            _ => self.send(Action::ClearFault),
         }
     }
 
@@ -198,7 +212,7 @@ impl<C> Interface<C> {
     /// # Errors
     /// [`Refusal::Busy`] only.
     pub fn enable(&mut self) -> Result<(), Refusal> {
-        self.send(Request::Enable)
+        self.send(Action::Enable)
     }
 
     /// Stops, then switches motor power off.
@@ -206,7 +220,7 @@ impl<C> Interface<C> {
     /// # Errors
     /// [`Refusal::Busy`] only.
     pub fn disable(&mut self) -> Result<(), Refusal> {
-        self.send(Request::Disable)
+        self.send(Action::Disable)
     }
 
     /// `GetEstPos`: the estimate as of the last tick. A CorrectPos within 1.5 s refers to it.
@@ -253,7 +267,11 @@ impl<C> Interface<C> {
         let then = if age.ticks() == 0 {
             present
         } else {
-            self.history.at(time::before(present.time, age), present)
+            self.history
+                .at(time::before(present.time, age), present)
+                .ok_or(Refusal::TooOld(time::seconds(
+                    self.history.reach(present.time),
+                )))?
         };
         let gate = f64::from(gate);
         let (update, distance) = match observation {
@@ -285,18 +303,16 @@ impl<C> Interface<C> {
     /// # Errors
     /// [`Refusal::NotFinite`], or [`Refusal::Correction`] if the covariance is not symmetric positive semi-definite.
     pub fn reset_pos(&mut self, pose: Pose, covariance: &Matrix3<f64>) -> Result<(), Refusal> {
-        if !(pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite()) {
-            return Err(Refusal::NotFinite);
-        }
         let symmetric = crate::math::symmetric(covariance, covariance)
             .map_err(|_| CorrectionError::NotPositive)?;
         let covariance =
             crate::math::written_covariance(&symmetric).map_err(CorrectionError::from)?;
-        let correction = self
-            .snapshot
-            .estimator
-            .correction(Estimate { pose, covariance });
-        self.send(Request::Correct(correction))?;
+        let after = Estimate { pose, covariance };
+        if !after.is_plausible() {
+            return Err(Refusal::NotFinite);
+        }
+        let correction = self.snapshot.estimator.correction(after);
+        self.send(Action::Correct(correction))?;
         self.history.clear();
         self.answered = None;
         Ok(())
@@ -315,7 +331,7 @@ impl<C> Interface<C> {
         if geometry && self.snapshot.is_moving() {
             return Err(Refusal::Moving);
         }
-        self.send(Request::Configure(config))?;
+        self.send(Action::Configure(config))?;
         self.limits = limits;
         Ok(())
     }
@@ -329,8 +345,11 @@ impl<C> Interface<C> {
 
     fn correct(&mut self, update: &Update, then: Past, present: Past) -> Result<(), Refusal> {
         let after = update.carried_to_later(&present.estimate);
+        if !after.is_plausible() {
+            return Err(CorrectionError::NotFinite.into());
+        }
         let correction = self.snapshot.estimator.correction(after);
-        self.send(Request::Correct(correction))?;
+        self.send(Action::Correct(correction))?;
         self.history.correct(update, then.time);
         if let Some(answered) = &mut self.answered {
             answered.correct(update, then.time);
@@ -362,11 +381,11 @@ impl<C> Interface<C> {
         Ok(())
     }
 
-    fn send(&mut self, request: Request<C>) -> Result<(), Refusal> {
+    fn send(&mut self, action: Action<C>) -> Result<(), Refusal> {
         if self.request.is_some() || !self.is_idle() {
             return Err(Refusal::Busy);
         }
-        self.request = Some(request);
+        self.request = Some(action);
         self.sent = self.sent.wrapping_add(1);
         Ok(())
     }

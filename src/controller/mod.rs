@@ -17,7 +17,7 @@ mod history;
 mod interface;
 pub mod profile;
 
-pub use axis::{Axis, AxisCommand, AxisConfig, State};
+pub use axis::{Axis, AxisCommand, AxisConfig, Cycle, State};
 pub use correction::CorrectionError;
 pub use estimator::{Estimate, Estimator, Noise, Pose};
 pub use history::MAX_AGE;
@@ -53,9 +53,9 @@ pub struct Config<C> {
     pub vehicle: C,
 }
 
-/// What an interface asks of the controller. The next tick carries it out.
+/// What the controller is asked to do. The next tick does it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Request<C> {
+pub enum Action<C> {
     /// Replace the translation's command.
     Move(AxisCommand),
     /// Replace the rotation's command.
@@ -74,6 +74,22 @@ pub enum Request<C> {
     Correct(Correction),
     /// Take new parameters over.
     Configure(Config<C>),
+}
+
+/// An action on its way to the controller: from an [`Interface`], which wants to know when it is done, or from anybody (`Action::into`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request<C> {
+    action: Action<C>,
+    ticket: Option<u32>,
+}
+
+impl<C> From<Action<C>> for Request<C> {
+    fn from(action: Action<C>) -> Self {
+        Self {
+            action,
+            ticket: None,
+        }
+    }
 }
 
 /// Why the vehicle was stopped.
@@ -112,7 +128,7 @@ pub enum Event {
 }
 
 /// The events of one tick.
-pub type Events = Vec<Event, 4>;
+pub type Events = Vec<Event, { REQUESTS + 4 }>;
 
 /// What the board measured besides the encoders.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -154,8 +170,8 @@ pub struct AxisSnapshot {
 pub struct Snapshot {
     /// The tick's instant.
     pub time: Instant,
-    /// How many requests have been carried out since start-up, modulo 2³².
-    pub requests: u32,
+    /// The interface's last request that was carried out.
+    pub(crate) ticket: u32,
     /// Odometry.
     pub estimator: Estimator,
     /// Translation.
@@ -204,7 +220,10 @@ pub struct Controller<V: VirtualVehicle> {
     rotation: Axis,
     motion: Motion,
     supply: f32,
+    /// The emergency-stop circuit is open.
     estop: bool,
+    /// The outputs could not be switched off.
+    output_failed: bool,
     power: Power,
     /// Outputs are off until the first motion command, and after a fault until the next.
     active: bool,
@@ -213,7 +232,7 @@ pub struct Controller<V: VirtualVehicle> {
     fault: Option<Fault>,
     stopping: Option<StopReason>,
     requests: Deque<Request<V::Config>, REQUESTS>,
-    carried_out: u32,
+    ticket: u32,
     time: Instant,
 }
 
@@ -241,23 +260,27 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             motion: Motion::default(),
             supply: config.nominal_supply,
             estop: false,
+            output_failed: false,
             power: Power::Enabled,
             active: false,
             resting: false,
             fault,
             stopping: None,
             requests: Deque::new(),
-            carried_out: 0,
+            ticket: 0,
             time: Instant::from_ticks(0),
         }
     }
 
-    /// Hands a request over for the next tick.
+    /// Hands a request over for the next tick: one of the [`Interface`]'s, or an [`Action`] of anybody's.
     ///
     /// # Errors
-    /// Returns the request if four are waiting already; an [`Interface`] never has more than one under way.
-    pub fn request(&mut self, request: Request<V::Config>) -> Result<(), Request<V::Config>> {
-        self.requests.push_back(request)
+    /// Returns the request if four are waiting already; an [`Interface`] has at most two under way, one of them an emergency stop.
+    pub fn request(
+        &mut self,
+        request: impl Into<Request<V::Config>>,
+    ) -> Result<(), Request<V::Config>> {
+        self.requests.push_back(request.into())
     }
 
     /// One cycle of the control loop. Call it every `period`; a late, missed or double call loses no counts and steps no reference.
@@ -278,9 +301,12 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if inputs.estop {
             self.trip(Fault::Estop, &mut events);
         }
-        while let Some(request) = self.requests.pop_front() {
-            self.carry_out(request, &mut events);
-            self.carried_out = self.carried_out.wrapping_add(1);
+        // In a cycle that is not due yet the references stand between two steps.
+        while elapsed.steps > 0
+            && let Some(Request { action, ticket }) = self.requests.pop_front()
+        {
+            self.carry_out(action, &mut events);
+            self.ticket = ticket.unwrap_or(self.ticket);
         }
 
         if self.active {
@@ -290,7 +316,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if !self.active {
             self.translation.release();
             self.rotation.release();
-            if self.vehicle.off().is_err() {
+            self.output_failed = self.vehicle.off().is_err();
+            if self.output_failed {
                 self.trip(Fault::Output, &mut events);
             }
         }
@@ -314,7 +341,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         } = self.motion;
         Snapshot {
             time: self.time,
-            requests: self.carried_out,
+            ticket: self.ticket,
             estimator: self.estimator,
             translation: axis(
                 &self.translation,
@@ -326,44 +353,50 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             supply: self.supply,
             enabled: self.power == Power::Enabled,
             fault: self.fault,
-            fault_persists: self.fault == Some(Fault::Estop) && self.estop,
+            fault_persists: self.fault_persists(),
         }
     }
 
     fn measure_supply(&mut self, supply: Option<f32>) {
         let nominal = self.config.nominal_supply;
         let measured = supply.filter(|v| v.is_finite()).unwrap_or(nominal);
-        let period = self.config.translation.period;
+        let period = self.period();
         self.supply += (measured - self.supply) * period / (SUPPLY_FILTER + period);
     }
 
-    fn carry_out(&mut self, request: Request<V::Config>, events: &mut Events) {
-        match request {
-            Request::Move(command) if self.may_move() => {
+    fn carry_out(&mut self, action: Action<V::Config>, events: &mut Events) {
+        match action {
+            Action::Move(command) if self.may_move() => {
                 self.wake();
-                self.translation.command(command);
+                self.translation.command(&self.config.translation, command);
             }
-            Request::Turn(command) if self.may_move() => {
+            Action::Turn(command) if self.may_move() => {
                 self.wake();
-                self.rotation.command(command);
+                self.rotation.command(&self.config.rotation, command);
             }
             // A fault came between the command's acceptance and this tick.
-            Request::Move(_) | Request::Turn(_) => {}
-            Request::Stop => self.stop(StopReason::Command, events),
-            Request::EStop => self.trip(Fault::Estop, events),
-            Request::ClearFault => {
-                if !(self.fault == Some(Fault::Estop) && self.estop) {
+            Action::Move(_) | Action::Turn(_) => {}
+            Action::Stop => self.stop(StopReason::Command, events),
+            Action::EStop => self.trip(Fault::Estop, events),
+            Action::ClearFault => {
+                if !self.fault_persists() {
                     self.fault = None;
                 }
             }
-            Request::Enable => self.power = Power::Enabled,
-            Request::Disable => {
+            Action::Enable => {
+                self.power = Power::Enabled;
+                self.stopping = self.stopping.map(|_| StopReason::Command);
+            }
+            Action::Disable => {
                 self.power = Power::Disabling;
                 self.stop(StopReason::Disable, events);
             }
-            Request::Correct(correction) => self.estimator.apply(&correction),
-            Request::Configure(config) => {
+            Action::Correct(correction) => self.estimator.apply(&correction),
+            Action::Configure(config) => {
                 self.estimator.set_noise(config.noise);
+                if config.period != self.config.period {
+                    self.clock = Clock::new(config.period);
+                }
                 self.vehicle.configure(&config.vehicle);
                 self.config = config;
             }
@@ -371,7 +404,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     }
 
     fn may_move(&self) -> bool {
-        self.fault.is_none() && self.power == Power::Enabled
+        self.fault.is_none() && !self.estop && self.power == Power::Enabled
+    }
+
+    fn fault_persists(&self) -> bool {
+        self.fault.is_some() && (self.estop || self.output_failed)
     }
 
     fn wake(&mut self) {
@@ -393,11 +430,20 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             acceleration,
         };
         self.resting = false;
-        self.stopping = Some(reason);
-        self.translation
-            .command(stop(self.config.stop_acceleration));
-        self.rotation
-            .command(stop(self.config.stop_turn_acceleration));
+        // A Stop on the way to Disable does not take that back.
+        self.stopping = Some(if self.power == Power::Disabling {
+            StopReason::Disable
+        } else {
+            reason
+        });
+        self.translation.command(
+            &self.config.translation,
+            stop(self.config.stop_acceleration),
+        );
+        self.rotation.command(
+            &self.config.rotation,
+            stop(self.config.stop_turn_acceleration),
+        );
     }
 
     fn come_to_rest(&mut self, reason: StopReason, events: &mut Events) {
@@ -415,23 +461,36 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if self.power == Power::Disabling {
             self.power = Power::Disabled;
         }
-        if self.fault.is_none() {
+        // An emergency stop is told whatever went before.
+        if self.fault.is_none() || (fault == Fault::Estop && self.fault != Some(Fault::Estop)) {
             self.fault = Some(fault);
             note(events, Event::Fault(fault));
         }
     }
 
     fn advance(&mut self, steps: u32, events: &mut Events) {
+        let period = self.period();
+        let wanted = Twist {
+            translation: self.translation.wanted_speed(),
+            rotation: self.rotation.wanted_speed(),
+        };
+        let share = self.vehicle.share(wanted, self.usable_supply());
+        let cycle = |speed| Cycle {
+            period,
+            steps,
+            speed,
+            share,
+        };
         let speed = self.motion.speed;
         let moved = self
             .translation
-            .advance(&self.config.translation, speed.translation, steps);
+            .advance(&self.config.translation, &cycle(speed.translation));
         if let Some(AxisEvent::Done(residual)) = moved {
             note(events, Event::MoveDone(residual));
         }
         let turned = self
             .rotation
-            .advance(&self.config.rotation, speed.rotation, steps);
+            .advance(&self.config.rotation, &cycle(speed.rotation));
         if let Some(AxisEvent::Done(residual)) = turned {
             note(events, Event::TurnDone(residual));
         }
@@ -460,6 +519,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         let within = |axis: &Axis, config: &AxisConfig, speed: f32| {
             let share = if self.resting { REST_UNTIL } else { REST_BELOW };
             axis.is_settled()
+                && (self.resting || !self.vehicle.holds_load())
                 && axis.error().abs() < share * config.tolerance
                 && (self.resting || speed.abs() < config.rest_speed)
         };
@@ -473,21 +533,29 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
 
     fn drive(&mut self) -> Result<(), crate::vehicle::OutputError> {
         let config = &self.config;
+        let period = self.period();
         let speed = Twist {
-            translation: self.translation.velocity(&config.translation),
-            rotation: self.rotation.velocity(&config.rotation),
+            translation: self.translation.velocity(&config.translation, period),
+            rotation: self.rotation.velocity(&config.rotation, period),
         };
         let acceleration = Twist {
             translation: self.translation.acceleration(),
             rotation: self.rotation.acceleration(),
         };
-        let supply = self.supply.max(SUPPLY_FLOOR * config.nominal_supply);
-        self.vehicle
-            .drive(speed, acceleration, supply, config.translation.period)
+        let supply = self.usable_supply();
+        self.vehicle.drive(speed, acceleration, supply, period)
+    }
+
+    fn usable_supply(&self) -> f32 {
+        self.supply.max(SUPPLY_FLOOR * self.config.nominal_supply)
+    }
+
+    fn period(&self) -> f32 {
+        crate::time::seconds(self.config.period)
     }
 }
 
-/// A tick has at most a fault, a stop and two targets to tell, so the list cannot overflow.
+/// A tick has at most a stop for each request, two targets, a stop that comes to rest and a fault to tell, so the list cannot overflow.
 fn note(events: &mut Events, event: Event) {
     let _ = events.push(event);
 }

@@ -29,7 +29,7 @@ pub enum Phase {
 pub struct Step {
     /// Displacement during the cycle, (v + v') T / 2; m or rad.
     pub displacement: f32,
-    /// v' − v, m/s or rad/s; never more than a T.
+    /// v' − v, m/s or rad/s; never more than a T, but for what [`Profile::wait`] takes back.
     pub speed_change: f32,
     /// What the speed did.
     pub phase: Phase,
@@ -105,6 +105,18 @@ impl Profile {
         self.max_speed
     }
 
+    /// The speed that is striven for, signed: the command's, or the present one of a profile that comes to rest.
+    #[must_use]
+    pub fn wanted_speed(&self) -> f32 {
+        match self.target {
+            Target::Rest => self.speed(),
+            Target::Endless(true) => self.max_speed,
+            Target::Endless(false) => -self.max_speed,
+            Target::Remaining(remaining) if remaining.get() == 0.0 => 0.0,
+            Target::Remaining(remaining) => remaining.get().signum() * self.max_speed,
+        }
+    }
+
     /// True if the reference stands where it was sent.
     #[must_use]
     pub fn has_landed(&self) -> bool {
@@ -116,15 +128,16 @@ impl Profile {
             }
     }
 
-    /// Advances by one cycle of `period` seconds.
-    pub fn step(&mut self, period: f32) -> Step {
+    /// Advances by one cycle of `period` seconds; `share` ≤ 1 is how much of the command's speed there is to have.
+    pub fn step(&mut self, period: f32, share: f32) -> Step {
+        let max_speed = self.max_speed * share;
         let before = self.speed.get();
         let change = self.acceleration * period;
         let (direction, next) = match self.target {
             Target::Rest => (before.signum(), Next::To(0.0)),
             Target::Endless(forward) => {
                 let direction = if forward { 1.0 } else { -1.0 };
-                (direction, Next::To(self.max_speed))
+                (direction, Next::To(max_speed))
             }
             Target::Remaining(remaining) => {
                 let distance = remaining.get();
@@ -139,7 +152,10 @@ impl Profile {
                 if Self::lands(u, rest, change, period) {
                     return self.land(distance);
                 }
-                (direction, self.approach(remaining, u, rest, period))
+                (
+                    direction,
+                    self.approach(remaining, u, rest, period, max_speed),
+                )
             }
         };
         let u = before * direction;
@@ -160,7 +176,7 @@ impl Profile {
             speed_change: after - before,
             phase: if next > u && next > 0.0 {
                 Phase::Accelerating
-            } else if next == u && next == self.max_speed {
+            } else if next == u && next == max_speed {
                 Phase::Cruising
             } else {
                 Phase::Decelerating
@@ -189,12 +205,12 @@ impl Profile {
     }
 
     /// What to strive for: v, or v_b where it is less.
-    fn approach(&self, remaining: Sum, u: f32, rest: f32, period: f32) -> Next {
+    fn approach(&self, remaining: Sum, u: f32, rest: f32, period: f32, max_speed: f32) -> Next {
         let change = self.acceleration * period;
-        let next = (u + change).min(self.max_speed);
+        let next = (u + change).min(max_speed);
         // Far from the target nothing brakes. The comparison also holds r too large for a square.
         if rest >= next * (0.5 * next / self.acceleration + period) {
-            return Next::To(self.max_speed);
+            return Next::To(max_speed);
         }
         if rest <= 0.0 {
             return Next::To(0.0);
@@ -206,7 +222,7 @@ impl Profile {
         let (period, change) = (f64::from(period), f64::from(change));
         let rest = remaining.to_f64().abs() - 0.5 * speed * period;
         let braking = rest / (n * period) + 0.5 * (n - 1.0) * change;
-        Next::By((braking.min(f64::from(self.max_speed)) - speed) as f32)
+        Next::By((braking.min(f64::from(max_speed)) - speed) as f32)
     }
 
     /// Takes back a part of the last step that the vehicle could not follow, and goes on from the speed `u` ≥ 0 that it has (toward where the
@@ -240,7 +256,7 @@ mod tests {
                 return (cycle, travelled);
             }
             let allowed = allowed(profile);
-            let step = profile.step(T);
+            let step = profile.step(T, 1.0);
             assert!(step.speed_change.abs() <= allowed, "{step:?}");
             travelled += f64::from(step.displacement);
         }
@@ -286,7 +302,7 @@ mod tests {
                 let mut goes = 0.0;
                 for _ in 0..cycles {
                     let allowed = allowed(&profile);
-                    let step = profile.step(T);
+                    let step = profile.step(T, 1.0);
                     prop_assert!(step.speed_change.abs() <= allowed);
                     goes += f64::from(step.displacement);
                 }
@@ -302,15 +318,15 @@ mod tests {
         let mut profile = Profile::at_rest();
         profile.go(f32::INFINITY, 0.5, 1.0);
         for _ in 0..600 {
-            profile.step(T);
+            profile.step(T, 1.0);
         }
-        assert_eq!(profile.step(T).phase, Phase::Cruising);
+        assert_eq!(profile.step(T, 1.0).phase, Phase::Cruising);
         profile.go(f32::NEG_INFINITY, 0.5, 1.0);
-        assert_eq!(profile.step(T).phase, Phase::Decelerating);
+        assert_eq!(profile.step(T, 1.0).phase, Phase::Decelerating);
         for _ in 0..600 {
-            profile.step(T);
+            profile.step(T, 1.0);
         }
-        assert_eq!(profile.step(T).phase, Phase::Accelerating);
+        assert_eq!(profile.step(T, 1.0).phase, Phase::Accelerating);
         assert!(profile.speed() < 0.0);
     }
 }

@@ -160,8 +160,9 @@ const fn range(name: &'static str, min: f32, max: f32, unit: &'static str) -> Ra
     }
 }
 
+/// A number whose size is judged by what becomes of it.
 const fn any(name: &'static str) -> Range {
-    range(name, -f32::MAX, f32::MAX, "")
+    range(name, -1e9, 1e9, "")
 }
 
 /// A thousand kilometres: S is kept in 48 bits, so a micrometre of it is still seen.
@@ -179,6 +180,9 @@ const POSE: [Range; 3] = [
 const fn element(name: &'static str) -> Range {
     range(name, -1e12, 1e12, "")
 }
+
+/// Telemetry comes at most once a tick, s.
+const MIN_PERIOD: f64 = 0.001;
 
 const AGE: Range = range("age", 0.0, 1.5, "s");
 
@@ -238,7 +242,7 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
         }
         Keyword::ObserveScalar => {
             let [innovation] = words.numbers(&[any("nu")])?;
-            let [variance] = words.numbers(&[range("R", 0.0, f32::MAX, "")])?;
+            let [variance] = words.numbers(&[range("R", 0.0, 1e12, "")])?;
             let [h1, h2, h3] = words.numbers(&[any("h"); 3])?;
             let observation = Observation::Scalar {
                 innovation,
@@ -252,6 +256,14 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
             let mut fields = Fields::default();
             while let Some(word) = words.next()? {
                 fields.add(word)?;
+            }
+            if period > 0.0 && period < MIN_PERIOD {
+                return Err(Error::Range {
+                    name: "period",
+                    min: MIN_PERIOD as f32,
+                    max: 3600.0,
+                    unit: "s, or 0",
+                });
             }
             Command::Stream(period as f32, fields)
         }
@@ -279,8 +291,8 @@ fn motion(words: &mut Words<'_>, unit: f64, names: [&'static str; 3]) -> Result<
             ..range("d", -FAR, FAR, distance)
         })?),
         // How fast is the controller's to judge.
-        speed: si(words.optional(&range("v", -f32::MAX, f32::MAX, speed))?),
-        acceleration: si(words.optional(&range("a", -f32::MAX, f32::MAX, acceleration))?),
+        speed: si(words.optional(&range("v", -1e9, 1e9, speed))?),
+        acceleration: si(words.optional(&range("a", -1e9, 1e9, acceleration))?),
     })
 }
 

@@ -60,7 +60,10 @@ impl Error {
                 unit,
             } => {
                 text.str("range ").str(name).shortest(*min).word("to");
-                text.shortest(*max).word(unit);
+                text.shortest(*max);
+                if !unit.is_empty() {
+                    text.word(unit);
+                }
             }
             Self::Order(small, large) => {
                 text.str("range ")

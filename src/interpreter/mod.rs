@@ -36,8 +36,8 @@ pub type Desk = Interface<differential::Config>;
 
 /// So many lines may wait for their replies.
 const MAX_UNANSWERED: usize = 4;
-/// So many further ones are remembered, to be answered `busy` in their turn. Beyond that [`Interpreter::can_receive`] is false.
-const MAX_BUSY: usize = 32;
+/// So many further ones are remembered, to be answered in their turn. Beyond that [`Interpreter::can_receive`] is false.
+const MAX_LATE: usize = 32;
 /// The output buffer: room for four of the longest lines.
 const OUTPUT: usize = 1028;
 
@@ -53,6 +53,15 @@ struct Address {
 struct Waiting {
     address: Address,
     command: Result<Command, Error>,
+}
+
+/// A line that came when four were waiting.
+#[derive(Clone, Copy, Debug)]
+enum Late {
+    /// It is answered `busy`.
+    Busy(Address),
+    /// It stops the base, and is never too late for that: Stop or EStop.
+    Stops(Address, Keyword),
 }
 
 /// What a base says of itself.
@@ -74,8 +83,10 @@ pub struct Interpreter {
     defaults: Params,
     reader: Reader,
     waiting: Deque<Waiting, MAX_UNANSWERED>,
-    busy: Deque<Address, MAX_BUSY>,
-    events: Deque<Event, 8>,
+    late: Deque<Late, MAX_LATE>,
+    /// An EStop has come, and is obeyed before anything else.
+    emergency: bool,
+    events: Deque<Event, 16>,
     output: Deque<u8, OUTPUT>,
     stream: Stream,
     /// The next parameter of a list under way.
@@ -97,7 +108,8 @@ impl Interpreter {
             defaults: params,
             reader: Reader::default(),
             waiting: Deque::new(),
-            busy: Deque::new(),
+            late: Deque::new(),
+            emergency: false,
             events: Deque::new(),
             output: Deque::new(),
             stream: Stream::default(),
@@ -120,7 +132,7 @@ impl Interpreter {
     /// True if a byte can be taken in. False only while more than 36 lines wait; leave the bytes where they are until then.
     #[must_use]
     pub fn can_receive(&self) -> bool {
-        !self.busy.is_full()
+        !self.late.is_full()
     }
 
     /// Takes in a byte.
@@ -133,20 +145,29 @@ impl Interpreter {
             tag: frame.tag,
             has_check: frame.has_check,
         };
-        if self.waiting.len() + self.busy.len() >= MAX_UNANSWERED {
-            // `can_receive` says when there is no room; a caller that does not ask loses the line.
-            let _ = self.busy.push_back(address);
-        } else {
-            let command = frame.body.and_then(command::parse);
+        let command = frame.body.and_then(command::parse);
+        let stops = match command {
+            Ok(Command::Plain(keyword @ (Keyword::Stop | Keyword::EStop))) => Some(keyword),
+            _ => None,
+        };
+        self.emergency |= stops == Some(Keyword::EStop);
+        if self.waiting.len() + self.late.len() < MAX_UNANSWERED {
             // There is room: fewer than four wait.
             let _ = self.waiting.push_back(Waiting { address, command });
+        } else {
+            // `can_receive` says when there is no room; a caller that does not ask loses the line.
+            let _ = self.late.push_back(match stops {
+                Some(keyword) => Late::Stops(address, keyword),
+                None => Late::Busy(address),
+            });
         }
         self.reader.clear();
     }
 
-    /// Takes in an event of the control loop.
+    /// Takes in an event of the control loop. When nobody takes the output and the queue is full, a fault displaces the oldest event; any other event
+    /// is lost.
     pub fn notify(&mut self, event: Event) {
-        if self.events.is_full() {
+        if self.events.is_full() && matches!(event, Event::Fault(_)) {
             self.events.pop_front();
         }
         let _ = self.events.push_back(event);
@@ -160,6 +181,10 @@ impl Interpreter {
     /// Does what can be done now: tells events, carries commands out, sends telemetry. Call it after each update of the desk, and whenever bytes
     /// came in or went out.
     pub fn poll(&mut self, desk: &mut Desk) {
+        // Its reply waits for its turn; the motors do not.
+        if core::mem::take(&mut self.emergency) {
+            desk.emergency_stop();
+        }
         if !self.boot_told && self.has_room() {
             self.boot_told = true;
             let mut text = Text::default();
@@ -210,13 +235,23 @@ impl Interpreter {
             self.send_with(text, check);
             return true;
         }
-        if let Some(address) = self.busy.pop_front() {
-            let mut text = begin(address);
-            Error::Busy.write(&mut text);
-            self.send_with(text, self.wants_check(address));
-            return true;
+        match self.late.pop_front() {
+            Some(Late::Busy(address)) => {
+                let mut text = begin(address);
+                Error::Busy.write(&mut text);
+                self.send_with(text, self.wants_check(address));
+                true
+            }
+            Some(Late::Stops(address, keyword)) => {
+                let mut text = begin(address);
+                if let Err(error) = self.execute_plain(desk, keyword, &mut text) {
+                    error.write(&mut text);
+                }
+                self.send_with(text, self.wants_check(address));
+                true
+            }
+            None => false,
         }
-        false
     }
 
     /// A line that came with a check is answered with one, and every line while checks are required.
@@ -326,7 +361,10 @@ impl Interpreter {
     fn act(&mut self, desk: &mut Desk, keyword: Keyword) -> Result<(), Error> {
         match keyword {
             Keyword::Stop => desk.stop().map_err(refuse),
-            Keyword::EStop => desk.emergency_stop().map_err(refuse),
+            Keyword::EStop => {
+                desk.emergency_stop();
+                Ok(())
+            }
             Keyword::ClearFault => desk.clear_fault().map_err(refuse),
             Keyword::Enable => desk.enable().map_err(refuse),
             Keyword::Disable => desk.disable().map_err(refuse),
@@ -500,12 +538,8 @@ fn refuse(refusal: Refusal) -> Error {
         Refusal::Moving => Error::Moving,
         Refusal::Correction(CorrectionError::Gate(distance)) => Error::Gate(distance),
         Refusal::Correction(CorrectionError::NotPositive) => Error::NotPsd,
-        Refusal::Age => Error::Range {
-            name: "age",
-            min: 0.0,
-            max: 1.5,
-            unit: "s",
-        },
+        Refusal::Age => age_range(1.5),
+        Refusal::TooOld(reach) => age_range(reach),
         // The parser lets no such number through; the interface may still be called by others.
         Refusal::Correction(CorrectionError::NotFinite)
         | Refusal::NotFinite
@@ -515,11 +549,21 @@ fn refuse(refusal: Refusal) -> Error {
     }
 }
 
+fn age_range(max: f32) -> Error {
+    Error::Range {
+        name: "age",
+        min: 0.0,
+        max,
+        unit: "s",
+    }
+}
+
+/// A pose or covariance beyond use.
 fn not_finite() -> Error {
     Error::Range {
-        name: "result",
-        min: -f32::MAX,
-        max: f32::MAX,
-        unit: "",
+        name: "the result's size",
+        min: 0.0,
+        max: 1e7,
+        unit: "m or deg",
     }
 }

@@ -8,7 +8,7 @@ use crate::params::DEGREES;
 use crate::time::{self, Duration, Instant};
 use heapless::Vec;
 
-/// At most so many fields in a line: 16 of the widest still fit 255 bytes.
+/// At most so many fields in a line. Of the widest some may not fit: then the line ends with the last that does.
 const MAX_FIELDS: usize = 16;
 
 macro_rules! fields {
@@ -60,6 +60,9 @@ impl Fields {
             .iter()
             .find(|(known, _)| name.eq_ignore_ascii_case(known.as_bytes()))
             .ok_or(Error::Syntax("no such field"))?;
+        if self.fields.contains(&Some(*field)) {
+            return Err(Error::Syntax("a field is given twice"));
+        }
         let slot = self.fields.get_mut(self.count).ok_or(Error::Range {
             name: "fields",
             min: 0.0,
@@ -94,7 +97,7 @@ impl Stream {
     /// Sends every `period` seconds from now on; 0 turns it off.
     pub fn set(&mut self, period: f32, fields: Fields) {
         let ticks = (f64::from(period) * 1e6 + 0.5) as u64;
-        self.period = (period > 0.0).then(|| Duration::from_ticks(ticks.max(1000)));
+        self.period = (period > 0.0).then(|| Duration::from_ticks(ticks));
         self.next = None;
         self.fields = fields;
     }
@@ -130,6 +133,7 @@ impl Stream {
         };
         text.byte(b'~');
         for field in self.fields.list() {
+            let mark = text.mark();
             match field {
                 Field::Time => {
                     text.fixed(snapshot.time.ticks() as f64 * 1e-6, 3);
@@ -200,6 +204,10 @@ impl Stream {
                 Field::Dropped => {
                     text.integer(i64::from(self.dropped));
                 }
+            }
+            if text.is_full() {
+                text.cut(mark);
+                return;
             }
         }
     }

@@ -30,6 +30,21 @@ impl Text {
         }
     }
 
+    /// The present length, to cut back to.
+    pub fn mark(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// Takes back what came after a mark.
+    pub fn cut(&mut self, mark: usize) {
+        self.bytes.truncate(mark);
+    }
+
+    /// True if something may have been left out.
+    pub fn is_full(&self) -> bool {
+        self.bytes.len() >= MAX_LINE - CHECK
+    }
+
     /// Appends text.
     pub fn str(&mut self, s: &str) -> &mut Self {
         for byte in s.bytes() {

@@ -10,6 +10,10 @@ const HALF_PI_TAIL: f32 = 4.838_268e-4;
 /// first term left out is 2e-9. About 30 FPU instructions and no table: `libm`'s computes in f64, in software on the target.
 #[must_use]
 pub fn sin_cos(x: f32) -> (f32, f32) {
+    // Beyond this there is no angle left in an f32; NaN comes here too.
+    if x.is_nan() || x.abs() > 1e5 {
+        return (0.0, 1.0);
+    }
     let quadrant = round_to_i32(x * core::f32::consts::FRAC_2_PI);
     let n = quadrant as f32;
     let r = (x - n * HALF_PI_HEAD) - n * HALF_PI_TAIL;

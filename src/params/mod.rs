@@ -147,9 +147,7 @@ impl Params {
     /// The active configuration, for a tick of the given period.
     #[must_use]
     pub fn build(&self, period: Duration) -> Config<differential::Config> {
-        let period_s = crate::time::seconds(period);
         let axis = |gain, lag, tolerance, rest_speed| AxisConfig {
-            period: period_s,
             gain,
             max_error: lag,
             tolerance,

@@ -53,6 +53,11 @@ pub struct Config {
     pub servo: [servo::Config; 2],
 }
 
+/// References use this much of the wheels' speed; the rest is for corrections.
+const HEADROOM: f32 = 0.96;
+/// A battery that is all but empty slows the references down, but does not stop them.
+const SMALLEST_SHARE: f32 = 0.05;
+
 /// One of ΔS, Δα as a function of the two wheels' counts: linear, with the rounding carried to the next cycle.
 #[derive(Clone, Copy, Debug, Default)]
 struct Odometer {
@@ -194,6 +199,27 @@ where
             speed: geometry.twist(self.observers.map(|o| o.speed())),
             acceleration: geometry.twist(self.observers.map(|o| o.acceleration())),
         }
+    }
+
+    fn share(&self, wanted: Twist, supply: f32) -> f32 {
+        let [left, right] = self.config.geometry.wheel_speeds(wanted);
+        let fastest = left.abs().max(right.abs());
+        let limit = self
+            .config
+            .servo
+            .iter()
+            .map(|servo| servo.top_speed(supply))
+            .fold(self.config.max_wheel_speed, f32::min);
+        let reachable = HEADROOM * limit;
+        if fastest > reachable {
+            (reachable / fastest).max(SMALLEST_SHARE)
+        } else {
+            1.0
+        }
+    }
+
+    fn holds_load(&self) -> bool {
+        self.left_drive.holds_load() || self.right_drive.holds_load()
     }
 
     fn drive(

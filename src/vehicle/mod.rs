@@ -81,6 +81,18 @@ pub trait VirtualVehicle {
     /// Reads the encoders. `dt` is the time since the last call in seconds; zero is allowed.
     fn sense(&mut self, dt: f32) -> Motion;
 
+    /// How much of a wanted speed the wheels can give, above 0 and up to 1, with some room left to correct: both axes are scaled by it, which keeps
+    /// the curvature v_α / v_s. `supply` is the battery voltage. A vehicle without limits gives all.
+    fn share(&self, wanted: Twist, supply: f32) -> f32 {
+        let _ = (wanted, supply);
+        1.0
+    }
+
+    /// True if the motors hold a load that friction alone would not hold. A vehicle that cannot tell says no.
+    fn holds_load(&self) -> bool {
+        false
+    }
+
     /// Drives with the given speed (m/s, rad/s) and acceleration (m/s², rad/s²); a wheel that would exceed its limit scales both axes alike.
     ///
     /// `supply` is the battery voltage, `dt` the time until the next call in seconds.
@@ -127,6 +139,11 @@ pub trait Drive {
     /// # Errors
     /// [`OutputError`] if the output refused.
     fn command(&mut self, command: WheelCommand, supply: f32, dt: f32) -> Result<f32, OutputError>;
+
+    /// True if the motor holds a load that friction alone would not hold. A drive that cannot tell says no.
+    fn holds_load(&self) -> bool {
+        false
+    }
 
     /// Switches the motor off.
     ///

@@ -27,6 +27,18 @@ pub struct Config {
     pub reversed: bool,
 }
 
+impl Config {
+    /// The speed at which the motor's voltage reaches what the supply can give, m/s.
+    #[must_use]
+    pub fn top_speed(&self, supply: f32) -> f32 {
+        if self.speed_gain > 0.0 {
+            ((supply * self.max_duty - self.static_friction) / self.speed_gain).max(0.0)
+        } else {
+            f32::INFINITY
+        }
+    }
+}
+
 /// The direction of a friction voltage is blended over this speed, so that a command that flickers about zero does not shake the gears (m/s).
 const FRICTION_BLEND: f32 = 0.004;
 /// The integral learns only while the speed error is below this share of the commanded speed, or below [`LEARNING_FLOOR`]: what a wheel that is
@@ -38,6 +50,11 @@ const LEARNING_FLOOR: f32 = 0.06;
 const OVERRUN: f32 = 0.01;
 /// … the integral is forgotten with this time constant, s: what freed a stuck wheel must be gone before the wheel has gathered speed.
 const FORGETTING: f32 = 0.02;
+
+/// At rest, a voltage above this share of the friction's may hold a load that would carry the wheel away …
+const LOAD: f32 = 0.8;
+/// … if it lasts, s.
+const LOAD_FILTER: f32 = 0.1;
 
 /// The controller proper: speed error to voltage.
 ///
@@ -93,6 +110,8 @@ pub struct Servo<P, D> {
     direction: D,
     config: Config,
     regulator: Regulator,
+    /// The voltage of the last tenth of a second, V.
+    load: f32,
 }
 
 impl<P: SetDutyCycle, D: OutputPin> Servo<P, D> {
@@ -106,6 +125,7 @@ impl<P: SetDutyCycle, D: OutputPin> Servo<P, D> {
             direction,
             config,
             regulator: Regulator::default(),
+            load: 0.0,
         };
         servo.off()?;
         Ok(servo)
@@ -131,13 +151,19 @@ impl<P: SetDutyCycle, D: OutputPin> Drive for Servo<P, D> {
     fn command(&mut self, command: WheelCommand, supply: f32, dt: f32) -> Result<f32, OutputError> {
         let available = supply * self.config.max_duty;
         let voltage = self.regulator.update(&self.config, command, available, dt);
+        self.load += (voltage - self.load) * dt / (LOAD_FILTER + dt);
         let duty = limit(voltage / supply, self.config.max_duty);
         self.output(duty)?;
         Ok(duty)
     }
 
+    fn holds_load(&self) -> bool {
+        self.load.abs() > LOAD * self.config.static_friction
+    }
+
     fn off(&mut self) -> Result<(), OutputError> {
         self.regulator.reset();
+        self.load = 0.0;
         self.pwm.set_duty_cycle_fully_off().map_err(|_| OutputError)
     }
 }

@@ -104,6 +104,7 @@ pub fn open() -> Result<Port> {
             }
             Ok(())
         }),
+        impatient: false,
     })
 }
 

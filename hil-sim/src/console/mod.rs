@@ -23,6 +23,8 @@ pub struct Port {
     pub input: Receiver<Vec<u8>>,
     /// Takes what the base sends.
     pub output: Output,
+    /// The far end does not wait for replies: lines are held back so that no more than the base can take are unanswered.
+    pub impatient: bool,
 }
 
 /// Takes bytes that the base sends.
@@ -75,6 +77,7 @@ pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile
     };
     let mut pace = Pace::new(speed);
     let mut leaving = Leaving::default();
+    let mut flow = Flow::default();
     loop {
         for _ in 0..pace.ticks_due() {
             rig.tick();
@@ -84,15 +87,19 @@ pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile
             let bytes = rig.receive();
             if !bytes.is_empty() {
                 leaving.postpone();
+                flow.answered(&bytes);
                 (port.output)(&bytes)?;
             }
             if leaving.is_over(rig) {
                 return trace.map_or(Ok(()), TraceFile::finish);
             }
         }
-        loop {
+        while !port.impatient || flow.is_open() {
             match port.input.try_recv() {
-                Ok(bytes) => rig.send(&bytes),
+                Ok(bytes) => {
+                    flow.sent(&bytes);
+                    rig.send(&bytes);
+                }
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
                     leaving.begin();
@@ -110,6 +117,41 @@ pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile
 /// Writes a line to standard output.
 fn say(line: std::fmt::Arguments<'_>) -> Result<()> {
     writeln!(std::io::stdout(), "{line}").context("standard output")
+}
+
+/// Counts the lines that are not answered yet.
+#[derive(Default)]
+struct Flow {
+    unanswered: usize,
+    line: Vec<u8>,
+}
+
+impl Flow {
+    /// What the protocol allows.
+    const MAX_UNANSWERED: usize = 4;
+
+    fn sent(&mut self, bytes: &[u8]) {
+        let is_blank = |line: &&[u8]| line.iter().all(u8::is_ascii_whitespace);
+        let lines = bytes.split(|b| *b == b'\n').filter(|line| !is_blank(line));
+        self.unanswered += lines.count();
+    }
+
+    fn answered(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if *byte != b'\n' {
+                self.line.push(*byte);
+                continue;
+            }
+            if !matches!(self.line.first(), Some(b'!' | b'~')) {
+                self.unanswered = self.unanswered.saturating_sub(1);
+            }
+            self.line.clear();
+        }
+    }
+
+    fn is_open(&self) -> bool {
+        self.unanswered < Self::MAX_UNANSWERED
+    }
 }
 
 /// Keeps simulated time in step with the clock.

@@ -11,6 +11,9 @@ use nix::unistd::{read, ttyname, write};
 use std::os::fd::AsFd;
 use std::sync::{Arc, mpsc};
 
+/// So many bytes wait for a reader when the terminal's own buffer is full.
+const MAX_PENDING: usize = 4096;
+
 /// Opens a pseudo-terminal and prints its name.
 pub fn open() -> Result<Port> {
     let pty = openpty(None, None).context("opening a pseudo-terminal")?;
@@ -47,14 +50,26 @@ pub fn open() -> Result<Port> {
             }
         }
     });
+    let mut pending = Vec::new();
     Ok(Port {
         input,
         output: Box::new(move |bytes| {
-            // As on a wire: what nobody reads is lost once the terminal's buffer is full.
-            match write(&master, bytes) {
-                Ok(_) | Err(Errno::EAGAIN | Errno::EINTR) => Ok(()),
-                Err(error) => Err(error).context("pseudo-terminal"),
+            pending.extend_from_slice(bytes);
+            match write(&master, &pending) {
+                Ok(count) => drop(pending.drain(..count)),
+                Err(Errno::EAGAIN | Errno::EINTR) => {}
+                Err(error) => return Err(error).context("pseudo-terminal"),
             }
+            // As on a wire, what nobody reads is lost; but by whole lines.
+            if pending.len() > MAX_PENDING {
+                let end = pending.iter().position(|b| *b == b'\n');
+                let last = pending.iter().rposition(|b| *b == b'\n');
+                if let (Some(end), Some(last)) = (end, last) {
+                    pending.drain(end + 1..=last);
+                }
+            }
+            Ok(())
         }),
+        impatient: false,
     })
 }

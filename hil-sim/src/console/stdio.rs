@@ -25,5 +25,6 @@ pub fn open() -> Port {
             stdout.write_all(&text).context("standard output")?;
             stdout.flush().context("standard output")
         }),
+        impatient: true,
     }
 }

@@ -10,6 +10,9 @@ use std::time::Duration;
 /// A client that reads nothing for this long is dropped, so that it cannot stop the simulation.
 const PATIENCE: Duration = Duration::from_millis(200);
 
+/// A byte that no line may have, and the end of the line.
+const DAMAGED_LINE: &[u8] = b"\0\n";
+
 /// Listens on a loopback address and prints which.
 pub fn open(address: SocketAddr) -> Result<Port> {
     if !address.ip().is_loopback() {
@@ -31,21 +34,26 @@ pub fn open(address: SocketAddr) -> Result<Port> {
             };
             slot(Some(stream));
             let mut buffer = [0; 1024];
+            let mut at_line_end = true;
             loop {
                 match reader.read(&mut buffer) {
+                    // It may only have closed its half, and still wait for answers.
                     Ok(0) => break,
                     Ok(read) => {
+                        at_line_end = matches!(buffer[read - 1], b'\n' | b'\r');
                         if sender.send(buffer[..read].to_vec()).is_err() {
                             return;
                         }
                     }
                     Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                    Err(_) => break,
+                    Err(_) => {
+                        slot(None);
+                        break;
+                    }
                 }
             }
-            slot(None);
-            // What it left unfinished must not begin the next client's first line.
-            if sender.send(b"\n".to_vec()).is_err() {
+            // Half a line must neither be obeyed nor begin the next client's first one.
+            if !at_line_end && sender.send(DAMAGED_LINE.to_vec()).is_err() {
                 return;
             }
         }
@@ -64,5 +72,6 @@ pub fn open(address: SocketAddr) -> Result<Port> {
             }
             Ok(())
         }),
+        impatient: false,
     })
 }
