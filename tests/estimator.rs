@@ -94,13 +94,10 @@ fn turning_in_place_grows_the_heading_variance_by_the_angle_and_leaves_x_and_y()
             let c = &estimate.covariance;
             let wanted = f64::from(noise().rotation) * angle.abs();
             // A quarter turn loses one to two counts of 3330 to the play.
-            assert_within_1_percent("Var θ", f64::from(c.m33), wanted, &mut 0.0);
+            assert_within_1_percent("Var θ", c.m33, wanted, &mut 0.0);
             // Untouched: less than half a count, which is as far as the flicker of ΔS moves the pose itself.
             let half = 0.5 * COUNT;
-            assert!(
-                f64::from(c.m11.max(c.m22)).sqrt() < half,
-                "{turns} {rate}: {c}"
-            );
+            assert!(c.m11.max(c.m22).sqrt() < half, "{turns} {rate}: {c}");
             assert!(
                 estimate.pose.x.hypot(estimate.pose.y) < 2.0 * half,
                 "{estimate:?}"
@@ -157,7 +154,7 @@ fn a_quarter_turn_varies_alpha_by_itself_and_s_not_at_all() {
     for (angle, rate) in [(quarter, 0.1), (-quarter, 0.1), (quarter, 3.0)] {
         let c = turned(angle, rate, ONLY_TRANSLATION).covariance;
         assert_eq!(c.m11 + c.m22, 0.0, "S was said to vary");
-        let alpha = f64::from(turned(angle, rate, ONLY_ROTATION).covariance.m33);
+        let alpha = turned(angle, rate, ONLY_ROTATION).covariance.m33;
         println!("{angle} at {rate}: {alpha} rad");
         // A count less (the play), and each encoder began somewhere in a count.
         assert!((alpha - (quarter - count)).abs() < count, "{alpha} rad");

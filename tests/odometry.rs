@@ -51,7 +51,7 @@ fn worst_of_the_rows() -> [f64; 3] {
             .zip(c)
             .zip(scale)
         {
-            worst[2] = worst[2].max((f64::from(*is) - wanted).abs() / scale);
+            worst[2] = worst[2].max((*is - wanted).abs() / scale);
         }
     }
     println!("vectors: {worst:?}");

@@ -258,7 +258,7 @@ impl Axis {
     /// Velocity to command: v_ref + k_p (s_ref − S), with v_ref the mean of the cycle under way.
     ///
     /// The correction is bounded by that of the largest error, so a vehicle that was pushed away comes back gently, and while the reference moves
-    /// the whole by [`OVERSPEED`], so a vehicle that was held up does not race after it.
+    /// the whole by 3 % above the command, so a vehicle that was held up does not race after it.
     #[must_use]
     pub fn velocity(&self, config: &AxisConfig, period: f32) -> f32 {
         let reference = self.ahead / period;

@@ -148,6 +148,17 @@ enum Power {
     Disabled,
 }
 
+/// What the motors do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Motors {
+    /// Nothing: until the first motion command, and after a fault or Enable until the next.
+    Off,
+    /// They follow the axes.
+    Driving,
+    /// Nothing, because both axes hold within tolerance.
+    Resting,
+}
+
 /// One axis in a snapshot; m or rad, and seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AxisSnapshot {
@@ -225,10 +236,7 @@ pub struct Controller<V: VirtualVehicle> {
     /// The outputs could not be switched off.
     output_failed: bool,
     power: Power,
-    /// Outputs are off until the first motion command, and after a fault until the next.
-    active: bool,
-    /// At rest within tolerance: the motors are left alone.
-    resting: bool,
+    motors: Motors,
     fault: Option<Fault>,
     stopping: Option<StopReason>,
     requests: Deque<Request<V::Config>, REQUESTS>,
@@ -262,8 +270,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             estop: false,
             output_failed: false,
             power: Power::Enabled,
-            active: false,
-            resting: false,
+            motors: Motors::Off,
             fault,
             stopping: None,
             requests: Deque::new(),
@@ -276,6 +283,10 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     ///
     /// # Errors
     /// Returns the request if four are waiting already; an [`Interface`] has at most two under way, one of them an emergency stop.
+    #[allow(
+        clippy::result_large_err,
+        reason = "whoever hands it over needs it back, and there is no allocator"
+    )]
     pub fn request(
         &mut self,
         request: impl Into<Request<V::Config>>,
@@ -309,11 +320,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.ticket = ticket.unwrap_or(self.ticket);
         }
 
-        if self.active {
+        if self.motors != Motors::Off {
             self.advance(elapsed.steps, &mut events);
         }
         // Not `else`: a stop that has come to rest may just have ended the activity.
-        if !self.active {
+        if self.motors == Motors::Off {
             self.translation.release();
             self.rotation.release();
             self.output_failed = self.vehicle.off().is_err();
@@ -412,13 +423,12 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     }
 
     fn wake(&mut self) {
-        self.active = true;
-        self.resting = false;
+        self.motors = Motors::Driving;
         self.stopping = None;
     }
 
     fn stop(&mut self, reason: StopReason, events: &mut Events) {
-        if !self.active {
+        if self.motors == Motors::Off {
             self.translation = Axis::default();
             self.rotation = Axis::default();
             self.come_to_rest(reason, events);
@@ -429,7 +439,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             speed: 0.0,
             acceleration,
         };
-        self.resting = false;
+        self.motors = Motors::Driving;
         // A Stop on the way to Disable does not take that back.
         self.stopping = Some(if self.power == Power::Disabling {
             StopReason::Disable
@@ -450,13 +460,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         self.stopping = None;
         if self.power == Power::Disabling {
             self.power = Power::Disabled;
-            self.active = false;
+            self.motors = Motors::Off;
         }
         note(events, Event::Stopped(reason));
     }
 
     fn trip(&mut self, fault: Fault, events: &mut Events) {
-        self.active = false;
+        self.motors = Motors::Off;
         self.stopping = None;
         if self.power == Power::Disabling {
             self.power = Power::Disabled;
@@ -500,13 +510,14 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         {
             self.come_to_rest(reason, events);
         }
-        if !self.active {
+        if self.motors == Motors::Off {
             return;
         }
-        self.resting = self.may_rest();
-        let driven = if self.resting {
+        let driven = if self.may_rest() {
+            self.motors = Motors::Resting;
             self.vehicle.off()
         } else {
+            self.motors = Motors::Driving;
             self.drive()
         };
         if driven.is_err() {
@@ -516,12 +527,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
 
     /// HOLD with hysteresis: between stiction and the gears' play an integral would hunt for ever.
     fn may_rest(&self) -> bool {
+        let resting = self.motors == Motors::Resting;
         let within = |axis: &Axis, config: &AxisConfig, speed: f32| {
-            let share = if self.resting { REST_UNTIL } else { REST_BELOW };
+            let share = if resting { REST_UNTIL } else { REST_BELOW };
             axis.is_settled()
-                && (self.resting || !self.vehicle.holds_load())
+                && (resting || !self.vehicle.holds_load())
                 && axis.error().abs() < share * config.tolerance
-                && (self.resting || speed.abs() < config.rest_speed)
+                && (resting || speed.abs() < config.rest_speed)
         };
         let Twist {
             translation,

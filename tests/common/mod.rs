@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use vehicle_controller::controller::{Controller, Estimate, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
 use vehicle_controller::params::{Id, Params};
+use vehicle_controller::supervisor::Fault;
 use vehicle_controller::time::{self, Duration, Instant};
 use vehicle_controller::vehicle::differential::Config;
 use vehicle_controller::vehicle::{Motion, OutputError, Twist, VirtualVehicle, Wheel};
@@ -20,6 +21,8 @@ pub(crate) struct Perfect {
     config: Config,
     speed: Twist,
     rolled: [f64; 2],
+    /// The outputs refuse to be written.
+    broken: std::rc::Rc<std::cell::Cell<bool>>,
 }
 
 impl VirtualVehicle for Perfect {
@@ -50,12 +53,18 @@ impl VirtualVehicle for Perfect {
     }
 
     fn drive(&mut self, speed: Twist, _: Twist, _: f32, _: f32) -> Result<(), OutputError> {
+        if self.broken.get() {
+            return Err(OutputError);
+        }
         self.speed = speed;
         Ok(())
     }
 
     fn off(&mut self) -> Result<(), OutputError> {
         self.speed = Twist::ZERO;
+        if self.broken.get() {
+            return Err(OutputError);
+        }
         Ok(())
     }
 
@@ -82,6 +91,8 @@ pub(crate) struct Rig {
     pub(crate) inputs: Inputs,
     /// The client takes bytes off the line.
     pub(crate) listening: bool,
+    /// The motor outputs refuse to be written.
+    pub(crate) broken: std::rc::Rc<std::cell::Cell<bool>>,
     received: Vec<u8>,
     unsolicited: Vec<String>,
 }
@@ -94,13 +105,20 @@ impl Rig {
 
     /// A base with these parameters.
     pub(crate) fn with(params: Params) -> Self {
+        Self::after(params, None)
+    }
+
+    /// A base that starts with a fault.
+    pub(crate) fn after(params: Params, fault: Option<Fault>) -> Self {
+        let broken = std::rc::Rc::default();
         let config = params.build(PERIOD);
         let vehicle = Perfect {
             config: config.vehicle,
             speed: Twist::ZERO,
             rolled: [0.0; 2],
+            broken: std::rc::Rc::clone(&broken),
         };
-        let mut controller = Controller::new(vehicle, config, None);
+        let mut controller = Controller::new(vehicle, config, fault);
         let now = Instant::from_ticks(0);
         controller.tick(now, &Inputs::default());
         let desk = Interface::new(controller.snapshot(), params.limits());
@@ -116,6 +134,7 @@ impl Rig {
             now,
             inputs: Inputs::default(),
             listening: true,
+            broken,
             received: Vec::new(),
             unsolicited: Vec::new(),
         };
@@ -148,7 +167,7 @@ impl Rig {
     /// The interpreter does what it can.
     pub(crate) fn pump(&mut self) {
         self.interpreter.poll(&mut self.desk);
-        if let Some(request) = self.desk.take_request() {
+        while let Some(request) = self.desk.take_request() {
             assert!(self.controller.request(request).is_ok());
         }
         if self.listening {

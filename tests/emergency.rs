@@ -1,0 +1,155 @@
+//! What stops the base comes through whatever else is going on, and nothing starts it by itself.
+
+mod common;
+
+use common::Rig;
+use vehicle_controller::params::Params;
+use vehicle_controller::supervisor::Fault;
+
+fn moving() -> Rig {
+    let mut rig = Rig::new();
+    rig.ok("m inf 0.5");
+    rig.run(1.5);
+    rig.unsolicited();
+    rig
+}
+
+fn speed(rig: &Rig) -> f32 {
+    rig.snapshot().translation.speed
+}
+
+#[test]
+fn estop_overtakes_the_lines_that_wait_and_is_answered_in_its_turn() {
+    let mut rig = moving();
+    rig.receive(&[&b"m\n".repeat(10)[..], b"@9 EStop\n@10 GetStatus\n"].concat());
+    rig.pump();
+    rig.tick();
+    rig.tick();
+    assert_eq!(speed(&rig), 0.0);
+    assert_eq!(rig.snapshot().fault, Some(Fault::Estop));
+    let replies = rig.ask_all(b"", 12);
+    assert_eq!(replies[10], "@9 OK", "{replies:?}");
+    assert!(replies[11].starts_with("@10 ERR busy"), "{replies:?}");
+    assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD enabled estop");
+}
+
+#[test]
+fn estop_overtakes_a_list_and_an_output_that_nobody_reads() {
+    let mut rig = moving();
+    rig.listening = false;
+    rig.receive(b"ListParams\nGetState\n");
+    rig.run(0.05);
+    rig.receive(b"EStop\n");
+    rig.pump();
+    rig.tick();
+    rig.tick();
+    assert_eq!(speed(&rig), 0.0);
+}
+
+#[test]
+fn stop_is_obeyed_after_the_lines_before_it_however_many() {
+    let mut rig = moving();
+    rig.receive(&[&b"m\n".repeat(6)[..], b"@9 Stop\n"].concat());
+    let replies = rig.ask_all(b"", 7);
+    assert!(replies[5].starts_with("ERR busy"), "{replies:?}");
+    assert_eq!(replies[6], "@9 OK");
+    rig.run(1.0);
+    assert_eq!(speed(&rig), 0.0);
+    assert_eq!(rig.unsolicited(), ["! stop command"]);
+}
+
+#[test]
+fn estop_then_clearfault_in_one_burst_clears() {
+    let mut rig = moving();
+    assert_eq!(
+        rig.ask_all(b"EStop\nClearFault\nGetStatus\n", 3)[2],
+        "Status HOLD HOLD enabled none"
+    );
+    rig.run(1.0);
+    assert_eq!(speed(&rig), 0.0);
+}
+
+#[test]
+fn clearfault_then_estop_in_one_burst_does_not() {
+    let mut rig = moving();
+    rig.ok("EStop");
+    rig.ask_all(b"ClearFault\nEStop\n", 2);
+    rig.tick();
+    assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD enabled estop");
+}
+
+#[test]
+fn no_fault_clears_while_the_emergency_stop_is_open() {
+    let mut rig = Rig::after(Params::default(), Some(Fault::Watchdog));
+    assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD enabled watchdog");
+    rig.refused("m 1", "fault");
+    rig.inputs.estop = true;
+    rig.tick();
+    assert_eq!(
+        rig.unsolicited().last().map(String::as_str),
+        Some("! fault estop")
+    );
+    rig.refused("ClearFault", "fault");
+    rig.inputs.estop = false;
+    rig.run(1.0);
+    assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD enabled estop");
+    rig.ok("ClearFault");
+    rig.run(1.0);
+    assert_eq!(speed(&rig), 0.0);
+    rig.ok("m 1");
+    rig.run(0.5);
+    assert!(speed(&rig) > 0.0);
+}
+
+#[test]
+fn an_output_that_refuses_is_a_fault_until_it_obeys() {
+    let mut rig = moving();
+    rig.broken.set(true);
+    rig.run(0.01);
+    assert_eq!(rig.unsolicited(), ["! fault output"]);
+    assert!(rig.refused("ClearFault", "fault").contains("output"));
+    rig.broken.set(false);
+    rig.run(0.01);
+    rig.ok("ClearFault");
+    rig.run(0.5);
+    assert_eq!(speed(&rig), 0.0);
+    rig.ok("m 1");
+    rig.run(0.5);
+    assert!(speed(&rig) > 0.0);
+}
+
+#[test]
+fn no_correction_leads_beyond_use() {
+    let mut rig = Rig::new();
+    rig.refused("CorrectPos 0 0 7.77e6 0 0 0 0 0 0 0 0 1e9", "range");
+    rig.ok("ResetPos 0 0 0 1e6 0 0 1e6 0 1e6");
+    rig.refused("CorrectPos 1 0 0 -1e9 0 0 0 0 0 0 0 0", "range");
+    rig.ok("ResetPos 1 2 3 1 0 0 1 0 1");
+    assert!(
+        rig.ask("GetEstPos")
+            .starts_with("EstPos 1.000000 2.000000 3.00000 1.00000e0")
+    );
+}
+
+#[test]
+fn disable_that_is_taken_back_ends_as_a_stop() {
+    let mut rig = moving();
+    rig.ok("Disable");
+    rig.run(0.1);
+    rig.ok("Enable");
+    rig.run(1.0);
+    assert_eq!(rig.unsolicited(), ["! stop command"]);
+    assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD enabled none");
+}
+
+#[test]
+fn disable_then_stop_is_still_disable() {
+    let mut rig = moving();
+    rig.ok("Disable");
+    rig.run(0.1);
+    rig.ok("Stop");
+    rig.run(1.0);
+    assert_eq!(rig.unsolicited(), ["! stop disable"]);
+    assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD disabled none");
+    rig.refused("m 1", "disabled");
+}
