@@ -15,129 +15,24 @@ pub mod correction;
 pub mod estimator;
 mod history;
 mod interface;
+mod messages;
 pub mod profile;
+mod snapshot;
 
 pub use axis::{Axis, AxisCommand, AxisConfig, Cycle, State};
 pub use correction::CorrectionError;
 pub use estimator::{Estimate, Estimator, Noise, Pose};
 pub use history::MAX_AGE;
 pub use interface::{Interface, Limits, Observation, Refusal};
+pub use messages::{Action, Config, Event, Events, Inputs, REQUESTS, Request, StopReason};
+pub use snapshot::{AxisSnapshot, Snapshot};
 
 use crate::supervisor::Fault;
-use crate::time::{Duration, Instant};
-use crate::vehicle::{Motion, Twist, VirtualVehicle, Wheel};
+use crate::time::Instant;
+use crate::vehicle::{Motion, Twist, VirtualVehicle};
 use axis::AxisEvent;
 use clock::Clock;
-use estimator::Correction;
-use heapless::{Deque, Vec};
-
-/// Everything that parameters decide, in SI units and ready to use: the control loop converts nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Config<C> {
-    /// Nominal period of the tick.
-    pub period: Duration,
-    /// The translation axis, m.
-    pub translation: AxisConfig,
-    /// The rotation axis, rad.
-    pub rotation: AxisConfig,
-    /// Deceleration of Stop, m/s².
-    pub stop_acceleration: f32,
-    /// Angular deceleration of Stop, rad/s².
-    pub stop_turn_acceleration: f32,
-    /// Random odometric error.
-    pub noise: Noise,
-    /// Battery voltage to assume when none is measured, V.
-    pub nominal_supply: f32,
-    /// The vehicle's own.
-    pub vehicle: C,
-}
-
-/// What the controller is asked to do. The next tick does it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Action<C> {
-    /// Replace the translation's command.
-    Move(AxisCommand),
-    /// Replace the rotation's command.
-    Turn(AxisCommand),
-    /// Decelerate both axes and hold.
-    Stop,
-    /// Motors off at once, fault `estop` latched.
-    EStop,
-    /// Clear the latched fault.
-    ClearFault,
-    /// Motor power on.
-    Enable,
-    /// Stop, then motor power off.
-    Disable,
-    /// Correct the estimate.
-    Correct(Correction),
-    /// Take new parameters over.
-    Configure(Config<C>),
-}
-
-/// An action on its way to the controller: from an [`Interface`], which wants to know when it is done, or from anybody (`Action::into`).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Request<C> {
-    action: Action<C>,
-    ticket: Option<u32>,
-}
-
-impl<C> From<Action<C>> for Request<C> {
-    fn from(action: Action<C>) -> Self {
-        Self {
-            action,
-            ticket: None,
-        }
-    }
-}
-
-/// Why the vehicle was stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum StopReason {
-    /// The Stop command.
-    Command,
-    /// The Disable command.
-    Disable,
-}
-
-impl StopReason {
-    /// The name that the protocol uses.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Command => "command",
-            Self::Disable => "disable",
-        }
-    }
-}
-
-/// Something that happened in a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Event {
-    /// A move reached its target; the residual in m.
-    MoveDone(f32),
-    /// A turn reached its target; the residual in rad.
-    TurnDone(f32),
-    /// The vehicle rests after a stop.
-    Stopped(StopReason),
-    /// A fault was latched.
-    Fault(Fault),
-}
-
-/// The events of one tick.
-pub type Events = Vec<Event, { REQUESTS + 4 }>;
-
-/// What the board measured besides the encoders.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Inputs {
-    /// Battery voltage, V, where it is measured.
-    pub supply: Option<f32>,
-    /// The emergency-stop circuit is open.
-    pub estop: bool,
-}
+use heapless::Deque;
 
 /// Motor power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,67 +52,6 @@ enum Motors {
     Driving,
     /// Nothing, because both axes hold within tolerance.
     Resting,
-}
-
-/// One axis in a snapshot; m or rad, and seconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AxisSnapshot {
-    /// State of the axis machine.
-    pub state: State,
-    /// Displacement since the last command, S or α.
-    pub displacement: f64,
-    /// Reference minus displacement.
-    pub error: f32,
-    /// Measured speed.
-    pub speed: f32,
-    /// Reference speed.
-    pub reference_speed: f32,
-    /// Measured acceleration.
-    pub acceleration: f32,
-}
-
-/// All that is known after a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Snapshot {
-    /// The tick's instant.
-    pub time: Instant,
-    /// The interface's last request that was carried out.
-    pub(crate) ticket: u32,
-    /// Odometry.
-    pub estimator: Estimator,
-    /// Translation.
-    pub translation: AxisSnapshot,
-    /// Rotation.
-    pub rotation: AxisSnapshot,
-    /// Wheels, left first.
-    pub wheels: [Wheel; 2],
-    /// Battery voltage, filtered, V.
-    pub supply: f32,
-    /// Motor power is on.
-    pub enabled: bool,
-    /// The latched fault.
-    pub fault: Option<Fault>,
-    /// The fault's cause persists.
-    pub fault_persists: bool,
-}
-
-impl AxisSnapshot {
-    /// s_ref or α_ref, counted as the displacement is.
-    #[must_use]
-    pub fn reference(&self) -> f64 {
-        self.displacement + f64::from(self.error)
-    }
-}
-
-impl Snapshot {
-    /// True unless both axes hold and the wheels stand (below 1 mm/s).
-    #[must_use]
-    pub fn is_moving(&self) -> bool {
-        const STANDSTILL: f32 = 1e-3;
-        self.translation.state != State::Hold
-            || self.rotation.state != State::Hold
-            || self.wheels.iter().any(|w| w.speed.abs() > STANDSTILL)
-    }
 }
 
 /// The control loop: estimator, two axes, and the vehicle that they drive.
@@ -244,8 +78,6 @@ pub struct Controller<V: VirtualVehicle> {
     time: Instant,
 }
 
-/// How many requests can wait for a tick.
-pub const REQUESTS: usize = 4;
 /// Time constant of the supply's filter, s.
 const SUPPLY_FILTER: f32 = 0.05;
 /// The supply that is assumed is never below this share of the nominal one: a broken sense wire must not multiply the duty.

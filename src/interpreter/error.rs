@@ -1,6 +1,8 @@
 //! Why a line is refused: the protocol's codes, each with a text for people.
 
 use super::text::Text;
+use crate::controller::{CorrectionError, Refusal};
+use crate::params::ParamError;
 use crate::supervisor::Fault;
 
 /// A refusal.
@@ -105,5 +107,75 @@ impl Error {
                 text.str("storage this base has no parameter storage");
             }
         }
+    }
+}
+
+/// What a refused parameter is answered with.
+pub fn refuse_param(error: ParamError) -> Error {
+    match error {
+        ParamError::Range(id) => {
+            let spec = id.spec();
+            Error::Range {
+                name: spec.name,
+                min: spec.min,
+                max: spec.max,
+                unit: spec.unit,
+            }
+        }
+        ParamError::Conflict(small, large) => Error::Order(small.spec().name, large.spec().name),
+    }
+}
+
+/// What a refused motion is answered with. `unit` is how many of the protocol's units an SI unit has.
+pub fn refuse_motion(refusal: Refusal, unit: f64, name: &'static str) -> Error {
+    let range = |what, max: f32, metres, degrees| Error::Range {
+        name: what,
+        min: 0.0,
+        max: (f64::from(max) * unit) as f32,
+        unit: if name == "m" { metres } else { degrees },
+    };
+    match refusal {
+        Refusal::Speed(max) => range("v", max, "m/s", "deg/s"),
+        Refusal::Acceleration(max) => range("a", max, "m/s2", "deg/s2"),
+        other => refuse(other),
+    }
+}
+
+/// What a refused procedure is answered with.
+pub fn refuse(refusal: Refusal) -> Error {
+    match refusal {
+        Refusal::Busy => Error::Busy,
+        Refusal::Fault(fault) => Error::Fault(fault),
+        Refusal::Disabled => Error::Disabled,
+        Refusal::Moving => Error::Moving,
+        Refusal::Correction(CorrectionError::Gate(distance)) => Error::Gate(distance),
+        Refusal::Correction(CorrectionError::NotPositive) => Error::NotPsd,
+        Refusal::Age => age_range(1.5),
+        Refusal::TooOld(reach) => age_range(reach),
+        // The parser lets no such number through; the interface may still be called by others.
+        Refusal::Correction(CorrectionError::NotFinite)
+        | Refusal::NotFinite
+        | Refusal::Distance
+        | Refusal::Speed(_)
+        | Refusal::Acceleration(_) => not_finite(),
+    }
+}
+
+fn age_range(max: f32) -> Error {
+    Error::Range {
+        name: "age",
+        min: 0.0,
+        max,
+        unit: "s",
+    }
+}
+
+/// A pose or covariance beyond use.
+fn not_finite() -> Error {
+    Error::Range {
+        name: "the result's size",
+        min: 0.0,
+        max: 1e7,
+        unit: "m or deg",
     }
 }

@@ -17,11 +17,12 @@ mod text;
 pub use error::Error;
 pub use text::MAX_LINE;
 
-use crate::controller::{AxisCommand, CorrectionError, Event, Interface, Refusal, Snapshot};
-use crate::params::{DEGREES, Id, Kind, ParamError, Params, radians};
+use crate::controller::{AxisCommand, Event, Interface, Snapshot};
+use crate::params::{DEGREES, Id, Kind, Params, radians};
 use crate::time::Duration;
 use crate::vehicle::differential;
-use command::{Command, MotionArgs, Subject};
+use command::{Command, MotionArgs};
+use error::{refuse, refuse_motion, refuse_param};
 use heapless::Deque;
 use keyword::Keyword;
 use line::Reader;
@@ -303,7 +304,7 @@ impl Interpreter {
             }
             Command::Stream(period, fields) => self.stream.set(period, fields),
             Command::Help(subject) => {
-                help(text, subject);
+                reply::help(text, subject);
                 return Ok(());
             }
             Command::GetParam(id) => {
@@ -474,96 +475,4 @@ fn begin(address: Address) -> Text {
         text.byte(b' ');
     }
     text
-}
-
-fn help(text: &mut Text, subject: Subject) {
-    text.str("Help");
-    match subject {
-        Subject::Topics => {
-            for topic in keyword::TOPICS {
-                text.word(topic);
-            }
-            text.str("; try Help motion, Help move");
-        }
-        Subject::Topic(topic) => {
-            for entry in keyword::ALL.iter().filter(|entry| entry.topic == topic) {
-                text.word(entry.name);
-            }
-        }
-        Subject::Command(entry) => {
-            text.word(entry.short.unwrap_or(entry.name));
-            if entry.short.is_some() {
-                text.str(" or ").str(entry.name);
-            }
-            text.word(entry.help);
-        }
-    }
-}
-
-fn refuse_param(error: ParamError) -> Error {
-    match error {
-        ParamError::Range(id) => {
-            let spec = id.spec();
-            Error::Range {
-                name: spec.name,
-                min: spec.min,
-                max: spec.max,
-                unit: spec.unit,
-            }
-        }
-        ParamError::Conflict(small, large) => Error::Order(small.spec().name, large.spec().name),
-    }
-}
-
-/// `unit` is how many of the protocol's units an SI unit has.
-fn refuse_motion(refusal: Refusal, unit: f64, name: &'static str) -> Error {
-    let range = |what, max: f32, metres, degrees| Error::Range {
-        name: what,
-        min: 0.0,
-        max: (f64::from(max) * unit) as f32,
-        unit: if name == "m" { metres } else { degrees },
-    };
-    match refusal {
-        Refusal::Speed(max) => range("v", max, "m/s", "deg/s"),
-        Refusal::Acceleration(max) => range("a", max, "m/s2", "deg/s2"),
-        other => refuse(other),
-    }
-}
-
-fn refuse(refusal: Refusal) -> Error {
-    match refusal {
-        Refusal::Busy => Error::Busy,
-        Refusal::Fault(fault) => Error::Fault(fault),
-        Refusal::Disabled => Error::Disabled,
-        Refusal::Moving => Error::Moving,
-        Refusal::Correction(CorrectionError::Gate(distance)) => Error::Gate(distance),
-        Refusal::Correction(CorrectionError::NotPositive) => Error::NotPsd,
-        Refusal::Age => age_range(1.5),
-        Refusal::TooOld(reach) => age_range(reach),
-        // The parser lets no such number through; the interface may still be called by others.
-        Refusal::Correction(CorrectionError::NotFinite)
-        | Refusal::NotFinite
-        | Refusal::Distance
-        | Refusal::Speed(_)
-        | Refusal::Acceleration(_) => not_finite(),
-    }
-}
-
-fn age_range(max: f32) -> Error {
-    Error::Range {
-        name: "age",
-        min: 0.0,
-        max,
-        unit: "s",
-    }
-}
-
-/// A pose or covariance beyond use.
-fn not_finite() -> Error {
-    Error::Range {
-        name: "the result's size",
-        min: 0.0,
-        max: 1e7,
-        unit: "m or deg",
-    }
 }

@@ -1,5 +1,7 @@
 //! From what is known to the text of a reply; degrees exist from here on.
 
+use super::command::Subject;
+use super::keyword::{ALL, TOPICS};
 use super::text::Text;
 use crate::controller::{Estimate, Event, Snapshot};
 use crate::params::{DEGREES, Id, Params};
@@ -124,6 +126,31 @@ pub fn event(text: &mut Text, event: Event) {
         }
         Event::Fault(fault) => {
             text.str("! fault").word(fault.name());
+        }
+    }
+}
+
+/// Help.
+pub fn help(text: &mut Text, subject: Subject) {
+    text.str("Help");
+    match subject {
+        Subject::Topics => {
+            for topic in TOPICS {
+                text.word(topic);
+            }
+            text.str("; try Help motion, Help move");
+        }
+        Subject::Topic(topic) => {
+            for entry in ALL.iter().filter(|entry| entry.topic == topic) {
+                text.word(entry.name);
+            }
+        }
+        Subject::Command(entry) => {
+            text.word(entry.short.unwrap_or(entry.name));
+            if entry.short.is_some() {
+                text.str(" or ").str(entry.name);
+            }
+            text.word(entry.help);
         }
     }
 }

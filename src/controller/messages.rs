@@ -1,0 +1,118 @@
+//! What goes in and out of the control loop besides snapshots: configuration, actions, inputs, events.
+
+use super::estimator::Correction;
+use super::{AxisCommand, AxisConfig, Noise};
+use crate::supervisor::Fault;
+use crate::time::Duration;
+use heapless::Vec;
+
+/// How many requests can wait for a tick.
+pub const REQUESTS: usize = 4;
+
+/// Everything that parameters decide, in SI units and ready to use: the control loop converts nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config<C> {
+    /// Nominal period of the tick.
+    pub period: Duration,
+    /// The translation axis, m.
+    pub translation: AxisConfig,
+    /// The rotation axis, rad.
+    pub rotation: AxisConfig,
+    /// Deceleration of Stop, m/s².
+    pub stop_acceleration: f32,
+    /// Angular deceleration of Stop, rad/s².
+    pub stop_turn_acceleration: f32,
+    /// Random odometric error.
+    pub noise: Noise,
+    /// Battery voltage to assume when none is measured, V.
+    pub nominal_supply: f32,
+    /// The vehicle's own.
+    pub vehicle: C,
+}
+
+/// What the controller is asked to do. The next tick does it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Action<C> {
+    /// Replace the translation's command.
+    Move(AxisCommand),
+    /// Replace the rotation's command.
+    Turn(AxisCommand),
+    /// Decelerate both axes and hold.
+    Stop,
+    /// Motors off at once, fault `estop` latched.
+    EStop,
+    /// Clear the latched fault.
+    ClearFault,
+    /// Motor power on.
+    Enable,
+    /// Stop, then motor power off.
+    Disable,
+    /// Correct the estimate.
+    Correct(Correction),
+    /// Take new parameters over.
+    Configure(Config<C>),
+}
+
+/// An action on its way to the controller: from an [`Interface`], which wants to know when it is done, or from anybody (`Action::into`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request<C> {
+    pub(super) action: Action<C>,
+    pub(super) ticket: Option<u32>,
+}
+
+impl<C> From<Action<C>> for Request<C> {
+    fn from(action: Action<C>) -> Self {
+        Self {
+            action,
+            ticket: None,
+        }
+    }
+}
+
+/// Why the vehicle was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StopReason {
+    /// The Stop command.
+    Command,
+    /// The Disable command.
+    Disable,
+}
+
+impl StopReason {
+    /// The name that the protocol uses.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Command => "command",
+            Self::Disable => "disable",
+        }
+    }
+}
+
+/// Something that happened in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Event {
+    /// A move reached its target; the residual in m.
+    MoveDone(f32),
+    /// A turn reached its target; the residual in rad.
+    TurnDone(f32),
+    /// The vehicle rests after a stop.
+    Stopped(StopReason),
+    /// A fault was latched.
+    Fault(Fault),
+}
+
+/// The events of one tick.
+pub type Events = Vec<Event, { REQUESTS + 4 }>;
+
+/// What the board measured besides the encoders.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Inputs {
+    /// Battery voltage, V, where it is measured.
+    pub supply: Option<f32>,
+    /// The emergency-stop circuit is open.
+    pub estop: bool,
+}

@@ -1,0 +1,67 @@
+//! What is known after a tick.
+
+use super::{Estimator, State};
+use crate::supervisor::Fault;
+use crate::time::Instant;
+use crate::vehicle::Wheel;
+
+/// One axis in a snapshot; m or rad, and seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AxisSnapshot {
+    /// State of the axis machine.
+    pub state: State,
+    /// Displacement since the last command, S or α.
+    pub displacement: f64,
+    /// Reference minus displacement.
+    pub error: f32,
+    /// Measured speed.
+    pub speed: f32,
+    /// Reference speed.
+    pub reference_speed: f32,
+    /// Measured acceleration.
+    pub acceleration: f32,
+}
+
+/// All that is known after a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snapshot {
+    /// The tick's instant.
+    pub time: Instant,
+    /// The interface's last request that was carried out.
+    pub(super) ticket: u32,
+    /// Odometry.
+    pub estimator: Estimator,
+    /// Translation.
+    pub translation: AxisSnapshot,
+    /// Rotation.
+    pub rotation: AxisSnapshot,
+    /// Wheels, left first.
+    pub wheels: [Wheel; 2],
+    /// Battery voltage, filtered, V.
+    pub supply: f32,
+    /// Motor power is on.
+    pub enabled: bool,
+    /// The latched fault.
+    pub fault: Option<Fault>,
+    /// The fault's cause persists.
+    pub fault_persists: bool,
+}
+
+impl AxisSnapshot {
+    /// s_ref or α_ref, counted as the displacement is.
+    #[must_use]
+    pub fn reference(&self) -> f64 {
+        self.displacement + f64::from(self.error)
+    }
+}
+
+impl Snapshot {
+    /// True unless both axes hold and the wheels stand (below 1 mm/s).
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        const STANDSTILL: f32 = 1e-3;
+        self.translation.state != State::Hold
+            || self.rotation.state != State::Hold
+            || self.wheels.iter().any(|w| w.speed.abs() > STANDSTILL)
+    }
+}
