@@ -1,7 +1,7 @@
 //! From a line's text to a command, in SI and radians.
 
 use super::error::Error;
-use super::keyword::{Entry, Keyword, TOPICS};
+use super::keyword::{Keyword, Subject};
 use super::number::{self, Number};
 use super::telemetry::Fields;
 use crate::controller::{Observation, Pose};
@@ -17,17 +17,6 @@ pub struct MotionArgs {
     pub speed: Option<f32>,
     /// a, m/s² or rad/s².
     pub acceleration: Option<f32>,
-}
-
-/// What help is wanted of.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Subject {
-    /// Everything.
-    Topics,
-    /// The commands of a topic.
-    Topic(&'static str),
-    /// A command.
-    Command(Entry),
 }
 
 /// A command, read.
@@ -269,7 +258,7 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
         }
         Keyword::Help => Command::Help(match words.next()? {
             None => Subject::Topics,
-            Some(word) => subject(word)?,
+            Some(word) => Subject::find(word).ok_or(Error::Syntax("no such topic or command"))?,
         }),
         Keyword::GetParam => Command::GetParam(parameter(words)?),
         Keyword::SetParam => {
@@ -314,17 +303,6 @@ fn covariance(xx: f64, words: &mut Words<'_>) -> Result<Matrix3<f64>, Error> {
 
 fn age(words: &mut Words<'_>) -> Result<f32, Error> {
     Ok(words.optional(&AGE)?.unwrap_or(0.0) as f32)
-}
-
-fn subject(word: &[u8]) -> Result<Subject, Error> {
-    let topic = TOPICS
-        .into_iter()
-        .find(|topic| word.eq_ignore_ascii_case(topic.as_bytes()));
-    match (topic, Keyword::find(word)) {
-        (Some(topic), _) => Ok(Subject::Topic(topic)),
-        (None, Some(entry)) => Ok(Subject::Command(entry)),
-        (None, None) => Err(Error::Syntax("no such topic or command")),
-    }
 }
 
 fn parameter(words: &mut Words<'_>) -> Result<Id, Error> {

@@ -76,3 +76,27 @@ impl Keyword {
 
 /// The topics.
 pub const TOPICS: [&str; 5] = ["motion", "position", "state", "safety", "parameters"];
+
+/// What help is wanted of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Subject {
+    /// Everything.
+    Topics,
+    /// The commands of a topic.
+    Topic(&'static str),
+    /// A command.
+    Command(Entry),
+}
+
+impl Subject {
+    /// The topic or command that a word names, in any case.
+    #[must_use]
+    pub fn find(word: &[u8]) -> Option<Self> {
+        let topic = TOPICS
+            .into_iter()
+            .find(|topic| word.eq_ignore_ascii_case(topic.as_bytes()));
+        topic
+            .map(Self::Topic)
+            .or_else(|| Keyword::find(word).map(Self::Command))
+    }
+}

@@ -26,6 +26,7 @@ use error::{refuse, refuse_motion, refuse_param};
 use heapless::Deque;
 use keyword::Keyword;
 use line::Reader;
+use number::Sink;
 use telemetry::Stream;
 use text::Text;
 

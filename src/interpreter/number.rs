@@ -1,6 +1,10 @@
 //! Numbers as text, both ways, without `core::fmt` and `core::str::parse`: those link panics and 20 kB of tables.
 
-use super::text::Text;
+/// Takes text, byte by byte.
+pub trait Sink {
+    /// Takes a byte.
+    fn byte(&mut self, byte: u8);
+}
 
 /// What a word is, read as a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,7 +109,7 @@ fn power_of_ten(n: i32) -> f64 {
 }
 
 /// Writes `x` with a fixed number of decimals (at most 9). Never `-0`. Values that do not fit saturate at 1e18 / 10^decimals.
-pub fn fixed(text: &mut Text, x: f64, decimals: u8) {
+pub fn fixed(text: &mut impl Sink, x: f64, decimals: u8) {
     let unit = power_of_ten(i32::from(decimals.min(9)));
     // The cast saturates, and takes NaN to 0.
     let scaled = ((x.abs() * unit + 0.5) as u64).min(1_000_000_000_000_000_000);
@@ -116,7 +120,7 @@ pub fn fixed(text: &mut Text, x: f64, decimals: u8) {
 }
 
 /// Writes `scaled` / 10^`decimals`.
-fn scaled_integer(text: &mut Text, scaled: u64, decimals: u8) {
+fn scaled_integer(text: &mut impl Sink, scaled: u64, decimals: u8) {
     let mut digits = [b'0'; 20];
     let mut rest = scaled;
     for digit in digits.iter_mut().rev() {
@@ -136,7 +140,7 @@ fn scaled_integer(text: &mut Text, scaled: u64, decimals: u8) {
 }
 
 /// Writes an integer.
-pub fn integer(text: &mut Text, n: i64) {
+pub fn integer(text: &mut impl Sink, n: i64) {
     if n < 0 {
         text.byte(b'-');
     }
@@ -167,7 +171,7 @@ fn decompose(x: f64, digits: u8) -> (u64, i32) {
 }
 
 /// Writes `x` with 6 significant digits as `1.00000e-2`: no plus sign, no leading zero in the exponent.
-pub fn scientific(text: &mut Text, x: f64) {
+pub fn scientific(text: &mut impl Sink, x: f64) {
     let (mantissa, exponent) = decompose(x, 6);
     if x < 0.0 && mantissa > 0 {
         text.byte(b'-');
@@ -178,7 +182,7 @@ pub fn scientific(text: &mut Text, x: f64) {
 }
 
 /// Writes an f32 with as few digits as read back to it.
-pub fn shortest(text: &mut Text, x: f32) {
+pub fn shortest(text: &mut impl Sink, x: f32) {
     for digits in 1..=9 {
         let (mantissa, exponent) = decompose(f64::from(x), digits);
         let last = exponent + 1 - i32::from(digits);
@@ -193,7 +197,7 @@ pub fn shortest(text: &mut Text, x: f32) {
 }
 
 /// Writes mantissa · 10^`last` without an exponent where that is readable.
-fn plain(text: &mut Text, mantissa: u64, last: i32) {
+fn plain(text: &mut impl Sink, mantissa: u64, last: i32) {
     match last {
         -9..=0 => scaled_integer(text, mantissa, last.unsigned_abs() as u8),
         1..=9 => {
@@ -213,6 +217,7 @@ fn plain(text: &mut Text, mantissa: u64, last: i32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::interpreter::text::Text;
     use proptest::prelude::*;
     use std::format;
     use std::string::String;

@@ -1,7 +1,6 @@
 //! From what is known to the text of a reply; degrees exist from here on.
 
-use super::command::Subject;
-use super::keyword::{ALL, TOPICS};
+use super::keyword::{ALL, Subject, TOPICS};
 use super::text::Text;
 use crate::controller::{Estimate, Event, Snapshot};
 use crate::params::{DEGREES, Id, Params};

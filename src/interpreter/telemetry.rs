@@ -1,6 +1,7 @@
 //! Telemetry: which numbers, and how often.
 
 use super::error::Error;
+use super::number::Sink;
 use super::reply::heading;
 use super::text::Text;
 use crate::controller::Snapshot;

@@ -1,7 +1,7 @@
 //! A line under construction.
 
 use super::crc;
-use super::number;
+use super::number::{self, Sink};
 use heapless::Vec;
 
 /// Longest line, without its end.
@@ -17,17 +17,18 @@ pub struct Text {
     bytes: Vec<u8, CAPACITY>,
 }
 
+impl Sink for Text {
+    fn byte(&mut self, byte: u8) {
+        if self.bytes.len() < MAX_LINE - CHECK {
+            let _ = self.bytes.push(byte);
+        }
+    }
+}
+
 impl Text {
     /// The bytes so far.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
-    }
-
-    /// Appends a byte.
-    pub fn byte(&mut self, byte: u8) {
-        if self.bytes.len() < MAX_LINE - CHECK {
-            let _ = self.bytes.push(byte);
-        }
     }
 
     /// The present length, to cut back to.

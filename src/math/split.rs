@@ -15,7 +15,8 @@ impl Split {
     /// Splits a coefficient.
     #[must_use]
     pub fn new(value: f64) -> Self {
-        let head = f32::from_bits((value as f32).to_bits() & 0xffff_f000);
+        // Rounded, not cut off: the tail is then below 2⁻¹² of the value.
+        let head = f32::from_bits(((value as f32).to_bits().wrapping_add(0x800)) & 0xffff_f000);
         Self {
             head,
             tail: (value - f64::from(head)) as f32,
