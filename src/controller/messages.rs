@@ -54,7 +54,7 @@ pub enum Action<C> {
     Configure(Config<C>),
 }
 
-/// An action on its way to the controller: from an [`Interface`], which wants to know when it is done, or from anybody (`Action::into`).
+/// An action on its way to the controller: from an [`Interface`](super::Interface), which wants to know when it is done, or from anybody (`Action::into`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request<C> {
     pub(super) action: Action<C>,
