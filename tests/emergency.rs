@@ -153,3 +153,40 @@ fn disable_then_stop_is_still_disable() {
     assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD disabled none");
     rig.refused("m 1", "disabled");
 }
+
+#[test]
+fn estop_has_the_last_word_over_a_clearfault_of_the_same_tick() {
+    let mut rig = Rig::after(Params::default(), Some(Fault::Watchdog));
+    rig.receive(b"ClearFault\n");
+    rig.poll_only();
+    rig.receive(b"@2 EStop\n");
+    rig.poll_only();
+    rig.pump();
+    assert_eq!(
+        rig.ask_all(b"@3 GetStatus\n", 3)[1..],
+        ["@2 OK", "@3 Status HOLD HOLD enabled estop"]
+    );
+}
+
+#[test]
+fn estop_is_seen_behind_any_number_of_lines() {
+    let mut rig = moving();
+    rig.listening = false;
+    rig.receive(&[&b"GetEstPos\n".repeat(500)[..], b"EStop\n"].concat());
+    rig.pump();
+    rig.tick();
+    rig.tick();
+    assert_eq!(speed(&rig), 0.0);
+    rig.listening = true;
+    let replies = rig.ask_all(b"", 501);
+    assert_eq!(replies[500], "OK");
+}
+
+#[test]
+fn estop_needs_no_clock() {
+    let mut rig = moving();
+    rig.receive(b"EStop\n");
+    rig.pump();
+    rig.tick_at_the_same_time();
+    assert_eq!(rig.snapshot().fault, Some(Fault::Estop));
+}

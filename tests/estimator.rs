@@ -55,8 +55,8 @@ fn straight(speed: f64, distances: &[f64]) {
     }
 }
 
-/// 1 % everywhere: the play operator's lag of one count is 0.01 % of the first metre; rounding of an f32 C, propagated each 10 mm, is up to half an
-/// ulp of C in an increment of 1e-5 C at 1 km, 0.6 %.
+/// 1 % everywhere: the play operator's lag of one count is 0.01 % of the first metre, and the window of 10 mm that the covariance is propagated by is
+/// 1 % of the first metre in Var y's third power at the most.
 #[test]
 fn straight_at_1_m_per_s_grows_by_the_closed_forms() {
     straight(1.0, &[1.0, 10.0, 100.0, 1000.0]);

@@ -265,7 +265,7 @@ fn observe_pos_is_the_kalman_update_with_the_angle_wrapped() {
             &format!("ObservePos{}{}{age}", words(at.iter()), upper(&observed)),
             "Observed",
         )[0];
-        // Printed with 6 decimals, computed from an f32 covariance.
+        // Printed with 6 decimals, from an f32.
         assert!(
             (d2 - innovation.dot(&(s * innovation))).abs() < 5e-6,
             "{d2}"

@@ -182,7 +182,7 @@ impl Rig {
         self.interpreter.receive_from(&mut self.serial);
         self.interpreter.poll(&mut self.desk);
         while let Some(request) = self.desk.take_request() {
-            // There is room: a desk has at most two under way, and every tick takes them.
+            // There is room: a desk has one under way, and an emergency stop needs none.
             let _ = self.controller.request(request);
         }
         self.interpreter.transmit_to(&mut self.serial);

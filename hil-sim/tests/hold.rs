@@ -130,3 +130,14 @@ fn a_steady_force_is_held_without_nudging() {
     let after = bench.truth();
     assert!((after.x - before.x).hypot(after.y - before.y) < 1e-3);
 }
+
+#[test]
+fn it_rests_even_if_it_is_told_of_no_friction() {
+    let mut bench = Bench::new("default", 1);
+    bench.send("SetParam motor_friction 0");
+    bench.send("m 0.3");
+    bench.wait_for("! move done", 5.0);
+    bench.run(2.0);
+    bench.run(2.0);
+    assert!(bench.rig.snapshot().wheels.iter().all(|w| w.duty == 0.0));
+}

@@ -245,3 +245,79 @@ fn curvature_is_kept_when_a_wheel_would_be_too_fast() {
         assert!(fastest < 0.75 && fastest > 0.68, "{v} {w}: {fastest} m/s");
     }
 }
+
+#[test]
+fn a_slow_move_is_no_slower_than_it_was_told() {
+    for v in [0.002, 0.005, 0.02] {
+        let mut bench = Bench::new("default", 1);
+        bench.send(&format!("m 0.05 {v}"));
+        let seconds = 0.05 / v;
+        bench.wait_for("! move done", seconds * 1.02 + 0.5);
+        bench.run(1.0);
+        assert!(
+            (bench.truth().x - 0.05).abs() < 1e-3,
+            "{v}: {:?}",
+            bench.truth()
+        );
+    }
+}
+
+#[test]
+fn a_short_turn_does_not_slow_a_move_that_leaves_it_room() {
+    let mut bench = Bench::new("default", 1);
+    bench.send("m inf 0.6");
+    bench.run(3.0);
+    bench.send("t 2 360");
+    for truth in bench.run(1.0) {
+        assert_eq!(bench.rig.snapshot().translation.reference_speed, 0.6);
+        assert!((truth.speed - 0.6).abs() < 0.02, "{truth:?}");
+    }
+}
+
+#[test]
+fn a_speed_that_is_still_there_counts_for_the_wheels_limit() {
+    let mut bench = Bench::new("default", 1);
+    bench.send("m inf 0.6");
+    bench.run(3.0);
+    bench.send("m inf 0.1 0.2");
+    bench.run(0.05);
+    bench.send("t inf 360 1440");
+    let mut last = bench.rig.snapshot().translation.reference_speed;
+    for _ in 0..3000 {
+        bench.tick();
+        let speed = bench.rig.snapshot().translation.reference_speed;
+        assert!((speed - last).abs() <= 0.2e-3 * 1.01, "{last} -> {speed}");
+        last = speed;
+        let [left, right] = bench.rig.plant().wheel_speed();
+        // 0.75 m/s is the limit of what is commanded; the servo overshoots by a few percent.
+        assert!(left.abs().max(right.abs()) < 0.79, "{left} {right}");
+    }
+}
+
+#[test]
+fn on_a_weak_battery_a_move_cruises_below_its_speed() {
+    let preset = include_str!("../robots/default.toml");
+    let weak = preset.replacen("voltage = 12.4", "voltage = 9.5", 1);
+    assert_ne!(weak, preset);
+    let robot = hil_sim::robot::Robot::parse(&weak, "weak.toml").unwrap();
+    let mut bench = Bench::of(&robot, 1);
+    bench.send("m inf 0.7");
+    bench.send("t inf 60");
+    bench.run(3.0);
+    let mut changes = 0;
+    let mut last = bench.rig.snapshot().translation.state;
+    for _ in 0..3000 {
+        bench.tick();
+        let state = bench.rig.snapshot().translation.state;
+        changes += u32::from(state != last);
+        last = state;
+    }
+    assert!(changes <= 4, "{changes} changes of state");
+    assert_eq!(last, State::Move);
+    let truth = bench.truth();
+    let radius = truth.speed / truth.turn_speed.to_radians();
+    assert!(
+        (radius / (0.7 / 60_f64.to_radians()) - 1.0).abs() < 0.05,
+        "{radius} m"
+    );
+}

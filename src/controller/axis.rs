@@ -97,6 +97,8 @@ const PATIENCE: f32 = 0.5;
 
 /// How much faster than commanded an axis may go to catch up with its reference.
 const OVERSPEED: f32 = 1.03;
+/// The share of the largest correction that even the slowest motion may use: less does not get a wheel past its stiction.
+const CREEP: f32 = 0.2;
 
 /// What happened on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -267,7 +269,8 @@ impl Axis {
             velocity
         } else {
             let pace = self.profile.pace().max(reference.abs());
-            limit(velocity, OVERSPEED * pace)
+            let creep = CREEP * config.gain * config.max_error;
+            limit(velocity, (OVERSPEED * pace).max(creep))
         }
     }
 

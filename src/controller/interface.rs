@@ -104,9 +104,9 @@ pub struct Interface<C> {
     limits: Limits,
     request: Option<Action<C>>,
     sent: u32,
-    /// An emergency stop that waits to be handed over, and one whose fault no snapshot shows yet.
+    /// An emergency stop waits to be handed over.
     emergency: bool,
-    awaits_fault: bool,
+    emergencies_sent: u32,
     history: History,
     /// What GetEstPos last answered: clients compute their gains from it.
     answered: Option<Past>,
@@ -122,7 +122,7 @@ impl<C> Interface<C> {
             request: None,
             sent: snapshot.ticket,
             emergency: false,
-            awaits_fault: false,
+            emergencies_sent: snapshot.emergency_ticket,
             history: History::default(),
             answered: None,
         }
@@ -130,8 +130,12 @@ impl<C> Interface<C> {
 
     /// Takes the state after a tick over.
     pub fn update(&mut self, snapshot: Snapshot) {
+        if snapshot.time < self.snapshot.time {
+            // The clock was set back: the past has no place in its time any more.
+            self.history.clear();
+            self.answered = None;
+        }
         self.snapshot = snapshot;
-        self.awaits_fault &= snapshot.fault.is_none();
         // While a request is under way, snapshots may not show its correction yet, and the past already does.
         if self.is_idle() {
             self.history
@@ -147,7 +151,10 @@ impl<C> Interface<C> {
     /// The request that waits to be handed to the controller; an emergency stop comes first.
     pub fn take_request(&mut self) -> Option<Request<C>> {
         if core::mem::take(&mut self.emergency) {
-            return Some(Action::EStop.into());
+            return Some(Request {
+                action: Action::EStop,
+                ticket: Some(self.emergencies_sent),
+            });
         }
         let ticket = Some(self.sent);
         self.request.take().map(|action| Request { action, ticket })
@@ -155,7 +162,7 @@ impl<C> Interface<C> {
 
     /// True if every request has been carried out and the snapshot shows it.
     pub fn is_idle(&self) -> bool {
-        self.snapshot.ticket == self.sent && !self.awaits_fault
+        self.snapshot.ticket == self.sent && self.snapshot.emergency_ticket == self.emergencies_sent
     }
 
     /// `move`: translate by `distance` (m, signed, may be infinite) at `speed` with `acceleration`; speed 0 stops this axis alone.
@@ -193,7 +200,7 @@ impl<C> Interface<C> {
     /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits.
     pub fn emergency_stop(&mut self) {
         self.emergency = true;
-        self.awaits_fault = true;
+        self.emergencies_sent = self.emergencies_sent.wrapping_add(1);
     }
 
     /// Clears a latched fault. Nothing moves by it.

@@ -75,6 +75,11 @@ pub struct Controller<V: VirtualVehicle> {
     stopping: Option<StopReason>,
     requests: Deque<Request<V::Config>, REQUESTS>,
     ticket: u32,
+    /// An emergency stop that was asked for, with its ticket.
+    emergency: Option<Option<u32>>,
+    emergency_ticket: u32,
+    /// How much of the wanted speed the references have.
+    share: f32,
     time: Instant,
 }
 
@@ -82,6 +87,8 @@ pub struct Controller<V: VirtualVehicle> {
 const SUPPLY_FILTER: f32 = 0.05;
 /// The supply that is assumed is never below this share of the nominal one: a broken sense wire must not multiply the duty.
 const SUPPLY_FLOOR: f32 = 0.5;
+/// Relative change of the wheels' limit that is taken for ripple of the battery voltage.
+const SHARE_RIPPLE: f32 = 0.02;
 /// In HOLD the motors rest once the error is below this share of the tolerance …
 const REST_BELOW: f32 = 0.3;
 /// … and work again when it exceeds this one.
@@ -107,6 +114,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             stopping: None,
             requests: Deque::new(),
             ticket: 0,
+            emergency: None,
+            emergency_ticket: 0,
+            share: 1.0,
             time: Instant::from_ticks(0),
         }
     }
@@ -114,7 +124,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// Hands a request over for the next tick: one of the [`Interface`]'s, or an [`Action`] of anybody's.
     ///
     /// # Errors
-    /// Returns the request if four are waiting already; an [`Interface`] has at most two under way, one of them an emergency stop.
+    /// Returns the request if four are waiting already; an [`Interface`] has at most one under way. An emergency stop needs no room.
     #[allow(
         clippy::result_large_err,
         reason = "whoever hands it over needs it back, and there is no allocator"
@@ -123,7 +133,12 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         &mut self,
         request: impl Into<Request<V::Config>>,
     ) -> Result<(), Request<V::Config>> {
-        self.requests.push_back(request.into())
+        let request = request.into();
+        if let Action::EStop = request.action {
+            self.emergency = Some(request.ticket);
+            return Ok(());
+        }
+        self.requests.push_back(request)
     }
 
     /// One cycle of the control loop. Call it every `period`; a late, missed or double call loses no counts and steps no reference.
@@ -150,6 +165,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         {
             self.carry_out(action, &mut events);
             self.ticket = ticket.unwrap_or(self.ticket);
+        }
+        // An emergency stop waits for no cycle, and has the last word.
+        if let Some(ticket) = self.emergency.take() {
+            self.trip(Fault::Estop, &mut events);
+            self.emergency_ticket = ticket.unwrap_or(self.emergency_ticket);
         }
 
         if self.motors != Motors::Off {
@@ -185,6 +205,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         Snapshot {
             time: self.time,
             ticket: self.ticket,
+            emergency_ticket: self.emergency_ticket,
             estimator: self.estimator,
             translation: axis(
                 &self.translation,
@@ -220,6 +241,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             // A fault came between the command's acceptance and this tick.
             Action::Move(_) | Action::Turn(_) => {}
             Action::Stop => self.stop(StopReason::Command, events),
+            // Never queued: see `request`.
             Action::EStop => self.trip(Fault::Estop, events),
             Action::ClearFault => {
                 if !self.fault_persists() {
@@ -317,6 +339,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             rotation: self.rotation.wanted_speed(),
         };
         let share = self.vehicle.share(wanted, self.usable_supply());
+        // Down at once, up only by more than the battery's ripple: a reference at the limit would follow that, and never cruise.
+        if share < self.share || share > self.share * (1.0 + SHARE_RIPPLE) {
+            self.share = share;
+        }
+        let share = self.share;
         let cycle = |speed| Cycle {
             period,
             steps,

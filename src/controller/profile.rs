@@ -105,15 +105,25 @@ impl Profile {
         self.max_speed
     }
 
-    /// The speed that is striven for, signed: the command's, or the present one of a profile that comes to rest.
+    /// The speed that will be needed, signed: the command's, or what of it the distance allows to reach, or the present one where that is more.
     #[must_use]
     pub fn wanted_speed(&self) -> f32 {
-        match self.target {
-            Target::Rest => self.speed(),
+        let speed = self.speed();
+        let wanted = match self.target {
+            Target::Rest => 0.0,
             Target::Endless(true) => self.max_speed,
             Target::Endless(false) => -self.max_speed,
-            Target::Remaining(remaining) if remaining.get() == 0.0 => 0.0,
-            Target::Remaining(remaining) => remaining.get().signum() * self.max_speed,
+            Target::Remaining(remaining) => {
+                let distance = remaining.get();
+                // Up and down again at a: v² = a r + u²/2. The product may be infinite.
+                let peak = sqrt(self.acceleration * distance.abs() + 0.5 * speed * speed);
+                distance.signum() * peak.min(self.max_speed)
+            }
+        };
+        if speed.abs() > wanted.abs() {
+            speed
+        } else {
+            wanted
         }
     }
 

@@ -29,6 +29,8 @@ pub struct Snapshot {
     pub time: Instant,
     /// The interface's last request that was carried out.
     pub(super) ticket: u32,
+    /// The interface's last emergency stop that was carried out.
+    pub(super) emergency_ticket: u32,
     /// Odometry.
     pub estimator: Estimator,
     /// Translation.

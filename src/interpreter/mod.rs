@@ -38,7 +38,7 @@ pub type Desk = Interface<differential::Config>;
 
 /// So many lines may wait for their replies.
 const MAX_UNANSWERED: usize = 4;
-/// So many further ones are remembered, to be answered in their turn. Beyond that [`Interpreter::can_receive`] is false.
+/// So many further ones with tags are remembered, to be answered in their turn. Beyond that [`Interpreter::can_receive`] is false.
 const MAX_LATE: usize = 32;
 /// The output buffer: room for four of the longest lines.
 const OUTPUT: usize = 1028;
@@ -60,8 +60,8 @@ struct Waiting {
 /// A line that came when four were waiting.
 #[derive(Clone, Copy, Debug)]
 enum Late {
-    /// It is answered `busy`.
-    Busy(Address),
+    /// So many that are answered `busy`, alike but for their number.
+    Busy(Address, u32),
     /// It stops the base, and is never too late for that: Stop or EStop.
     Stops(Address, Keyword),
 }
@@ -131,7 +131,7 @@ impl Interpreter {
         &self.params
     }
 
-    /// True if a byte can be taken in. False only while more than 36 lines wait; leave the bytes where they are until then.
+    /// False while so many tagged lines wait that a further one would not be answered. What stops the base is obeyed all the same.
     #[must_use]
     pub fn can_receive(&self) -> bool {
         !self.late.is_full()
@@ -153,17 +153,24 @@ impl Interpreter {
             _ => None,
         };
         self.emergency |= stops == Some(Keyword::EStop);
-        if self.waiting.len() + self.late.len() < MAX_UNANSWERED {
-            // There is room: fewer than four wait.
+        if self.late.is_empty() && self.waiting.len() < MAX_UNANSWERED {
+            // There is room: fewer than four wait, and none is late.
             let _ = self.waiting.push_back(Waiting { address, command });
         } else {
-            // `can_receive` says when there is no room; a caller that does not ask loses the line.
-            let _ = self.late.push_back(match stops {
-                Some(keyword) => Late::Stops(address, keyword),
-                None => Late::Busy(address),
-            });
+            self.remember(address, stops);
         }
         self.reader.clear();
+    }
+
+    /// Remembers how to answer a line that came too late. Untagged ones are counted; of tagged ones beyond the 32nd, nothing is known any more.
+    fn remember(&mut self, address: Address, stops: Option<Keyword>) {
+        match (self.late.back_mut(), stops) {
+            (Some(Late::Busy(last, count)), None) if *last == address => {
+                *count = count.saturating_add(1);
+            }
+            (_, None) => drop(self.late.push_back(Late::Busy(address, 1))),
+            (_, Some(keyword)) => drop(self.late.push_back(Late::Stops(address, keyword))),
+        }
     }
 
     /// Takes in an event of the control loop. When nobody takes the output and the queue is full, a fault displaces the oldest event; any other event
@@ -238,7 +245,11 @@ impl Interpreter {
             return true;
         }
         match self.late.pop_front() {
-            Some(Late::Busy(address)) => {
+            Some(Late::Busy(address, count)) => {
+                if count > 1 {
+                    // There is room: it was just taken out.
+                    let _ = self.late.push_front(Late::Busy(address, count - 1));
+                }
                 let mut text = begin(address);
                 Error::Busy.write(&mut text);
                 self.send_with(text, self.wants_check(address));

@@ -8,9 +8,9 @@ use nb::Error;
 const DAMAGED: u8 = 0;
 
 impl Interpreter {
-    /// Takes in what the port has received.
+    /// Takes in what the port has received, all of it: among it may be what stops the base.
     pub fn receive_from(&mut self, port: &mut impl Read<u8>) {
-        while self.can_receive() {
+        loop {
             match port.read() {
                 Ok(byte) => self.receive(byte),
                 Err(Error::WouldBlock) => return,

@@ -108,7 +108,9 @@ impl Stream {
         let Some(period) = self.period else {
             return false;
         };
-        let due = self.next.is_none_or(|next| now >= next);
+        // A clock that was set back must not silence it.
+        let leapt = |next| time::since(next, now) > period;
+        let due = self.next.is_none_or(|next| now >= next || leapt(next));
         if due {
             let next = time::after(self.next.unwrap_or(now), period);
             self.next = Some(if next > now {

@@ -53,7 +53,9 @@ const FORGETTING: f32 = 0.02;
 
 /// At rest, a voltage above this share of the friction's may hold a load that would carry the wheel away …
 const LOAD: f32 = 0.8;
-/// … if it lasts, s.
+/// … if it is above this duty …
+const SLIGHT_DUTY: f32 = 0.02;
+/// … and lasts, s.
 const LOAD_FILTER: f32 = 0.1;
 
 /// The controller proper: speed error to voltage.
@@ -62,7 +64,8 @@ const LOAD_FILTER: f32 = 0.1;
 ///     u = V_s sat(v/v_0) + K_v v + K_a a + k_p e + ∫ k_i e dt        e = v − v_measured
 /// ```
 ///
-/// Anti-windup: the integral is bounded, stands still while the output is saturated in its direction, and while e is too large to be friction.
+/// Anti-windup: the integral is bounded, stands still while the output is saturated in its direction and while e is too large to be friction, and is
+/// forgotten while the wheel overruns its command.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Regulator {
     integral: f32,
@@ -112,6 +115,7 @@ pub struct Servo<P, D> {
     regulator: Regulator,
     /// The voltage of the last tenth of a second, V.
     load: f32,
+    holds_load: bool,
 }
 
 impl<P: SetDutyCycle, D: OutputPin> Servo<P, D> {
@@ -126,6 +130,7 @@ impl<P: SetDutyCycle, D: OutputPin> Servo<P, D> {
             config,
             regulator: Regulator::default(),
             load: 0.0,
+            holds_load: false,
         };
         servo.off()?;
         Ok(servo)
@@ -152,18 +157,21 @@ impl<P: SetDutyCycle, D: OutputPin> Drive for Servo<P, D> {
         let available = supply * self.config.max_duty;
         let voltage = self.regulator.update(&self.config, command, available, dt);
         self.load += (voltage - self.load) * dt / (LOAD_FILTER + dt);
+        let slight = (LOAD * self.config.static_friction).max(SLIGHT_DUTY * supply);
+        self.holds_load = self.load.abs() > slight;
         let duty = limit(voltage / supply, self.config.max_duty);
         self.output(duty)?;
         Ok(duty)
     }
 
     fn holds_load(&self) -> bool {
-        self.load.abs() > LOAD * self.config.static_friction
+        self.holds_load
     }
 
     fn off(&mut self) -> Result<(), OutputError> {
         self.regulator.reset();
         self.load = 0.0;
+        self.holds_load = false;
         self.pwm.set_duty_cycle_fully_off().map_err(|_| OutputError)
     }
 }

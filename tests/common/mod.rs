@@ -164,6 +164,19 @@ impl Rig {
         self.interpreter.can_receive()
     }
 
+    /// The interpreter does what it can; nothing is handed over yet.
+    pub(crate) fn poll_only(&mut self) {
+        self.interpreter.poll(&mut self.desk);
+    }
+
+    /// A tick for which the clock did not advance.
+    pub(crate) fn tick_at_the_same_time(&mut self) {
+        for event in self.controller.tick(self.now, &self.inputs) {
+            self.interpreter.notify(event);
+        }
+        self.desk.update(self.controller.snapshot());
+    }
+
     /// The interpreter does what it can.
     pub(crate) fn pump(&mut self) {
         self.interpreter.poll(&mut self.desk);
@@ -245,7 +258,7 @@ impl Rig {
         self.receive(bytes);
         self.pump();
         let mut replies = self.replies();
-        for _ in 0..200 {
+        for _ in 0..1000 {
             if replies.len() >= count {
                 return replies;
             }

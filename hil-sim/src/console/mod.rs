@@ -107,6 +107,8 @@ pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile
                 }
             }
         }
+        // What the far end could not take before, it may take now.
+        (port.output)(&[])?;
         if told_to_end.load(Ordering::Relaxed) {
             return trace.map_or(Ok(()), TraceFile::finish);
         }

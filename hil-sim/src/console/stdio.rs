@@ -12,6 +12,10 @@ pub fn open() -> Port {
         let mut line = Vec::new();
         let mut stdin = std::io::stdin().lock();
         while matches!(stdin.read_until(b'\n', &mut line), Ok(read) if read > 0) {
+            // The last line may lack its end.
+            if line.last() != Some(&b'\n') {
+                line.push(b'\n');
+            }
             if sender.send(std::mem::take(&mut line)).is_err() {
                 break;
             }

@@ -34,8 +34,13 @@ pub struct Truth {
 impl Bench {
     /// Powers a robot up.
     pub fn new(robot: &str, seed: u64) -> Self {
+        Self::of(&Robot::load(robot).unwrap(), seed)
+    }
+
+    /// Powers a robot of one's own up.
+    pub fn of(robot: &Robot, seed: u64) -> Self {
         Self {
-            rig: Rig::new(&Robot::load(robot).unwrap(), seed).unwrap(),
+            rig: Rig::new(robot, seed).unwrap(),
             lines: Vec::new(),
             partial: Vec::new(),
         }
