@@ -282,12 +282,8 @@ fn a_speed_that_is_still_there_counts_for_the_wheels_limit() {
     bench.send("m inf 0.1 0.2");
     bench.run(0.05);
     bench.send("t inf 360 1440");
-    let mut last = bench.rig.snapshot().translation.reference_speed;
     for _ in 0..3000 {
         bench.tick();
-        let speed = bench.rig.snapshot().translation.reference_speed;
-        assert!((speed - last).abs() <= 0.2e-3 * 1.01, "{last} -> {speed}");
-        last = speed;
         let [left, right] = bench.rig.plant().wheel_speed();
         // 0.75 m/s is the limit of what is commanded; the servo overshoots by a few percent.
         assert!(left.abs().max(right.abs()) < 0.79, "{left} {right}");

@@ -75,9 +75,10 @@ pub struct Controller<V: VirtualVehicle> {
     stopping: Option<StopReason>,
     requests: Deque<Request<V::Config>, REQUESTS>,
     ticket: u32,
-    /// An emergency stop that was asked for, with its ticket.
-    emergency: Option<Option<u32>>,
+    /// An emergency stop was asked for; the last ticket of one.
+    emergency: bool,
     emergency_ticket: u32,
+    emergency_done: u32,
     /// How much of the wanted speed the references have.
     share: f32,
     time: Instant,
@@ -114,8 +115,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             stopping: None,
             requests: Deque::new(),
             ticket: 0,
-            emergency: None,
+            emergency: false,
             emergency_ticket: 0,
+            emergency_done: 0,
             share: 1.0,
             time: Instant::from_ticks(0),
         }
@@ -135,7 +137,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     ) -> Result<(), Request<V::Config>> {
         let request = request.into();
         if let Action::EStop = request.action {
-            self.emergency = Some(request.ticket);
+            self.emergency = true;
+            self.emergency_ticket = request.ticket.unwrap_or(self.emergency_ticket);
             return Ok(());
         }
         self.requests.push_back(request)
@@ -167,9 +170,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.ticket = ticket.unwrap_or(self.ticket);
         }
         // An emergency stop waits for no cycle, and has the last word.
-        if let Some(ticket) = self.emergency.take() {
+        if core::mem::take(&mut self.emergency) {
             self.trip(Fault::Estop, &mut events);
-            self.emergency_ticket = ticket.unwrap_or(self.emergency_ticket);
+            self.emergency_done = self.emergency_ticket;
         }
 
         if self.motors != Motors::Off {
@@ -205,7 +208,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         Snapshot {
             time: self.time,
             ticket: self.ticket,
-            emergency_ticket: self.emergency_ticket,
+            emergency_ticket: self.emergency_done,
             estimator: self.estimator,
             translation: axis(
                 &self.translation,
