@@ -47,7 +47,7 @@ pub const BASH: Need = Need {
     get: "a Unix-like system, with the package bash",
 };
 
-const LOGS: Need = Need {
+pub const LOGS: Need = Need {
     name: "logs of real robots",
     present: |session| logs(&session.root).is_dir(),
     without: "the tests on real logs are left out",

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 
-use crate::machine::{BASH, FIRMWARE_TARGET, Machine, NEXTEST, Need, PYTHON};
+use crate::machine::{BASH, FIRMWARE_TARGET, LOGS, Machine, NEXTEST, Need, PYTHON};
 use crate::run::{Outcome, Session};
 use crate::{pyserial, readme};
 
@@ -22,7 +22,17 @@ const STEPS: &[Step] = &[
     })
     .needs(&PYTHON),
     call("tests", tests),
+    // Among the tests already; here it says so when there are none.
+    cargo(
+        "real logs",
+        "test --package hil-sim --test replay the_real_logs",
+    )
+    .needs(&LOGS),
     cargo("doc tests", "test --workspace --doc"),
+    cargo(
+        "benchmarks run",
+        "bench --package hil-sim --bench speed -- --test",
+    ),
     cargo(
         "no_std",
         "build --package vehicle-controller --lib --target thumbv7em-none-eabihf",
