@@ -84,24 +84,7 @@ impl Params {
     /// # Errors
     /// [`ParamError`] if the value is outside its range or at odds with another parameter.
     pub fn set(&mut self, id: Id, value: f32) -> Result<(), ParamError> {
-        let spec = id.spec();
-        let in_range = (spec.min..=spec.max).contains(&value);
-        if !in_range
-            || (matches!(spec.kind, Kind::Switch | Kind::Wiring) && value != 0.0 && value != 1.0)
-        {
-            return Err(ParamError::Range(id));
-        }
-        let mut changed = *self;
-        if let Some(slot) = changed.values.get_mut(id as usize) {
-            *slot = value;
-        }
-        for (small, large) in ORDERED {
-            if changed.get(small) > changed.get(large) {
-                return Err(ParamError::Conflict(small, large));
-            }
-        }
-        *self = changed;
-        Ok(())
+        self.set_all(&[(id, value)])
     }
 
     /// Sets several values that may be at odds one by one, but not together.
@@ -110,23 +93,20 @@ impl Params {
     /// [`ParamError`] as for [`set`](Self::set); then nothing is changed.
     pub fn set_all(&mut self, values: &[(Id, f32)]) -> Result<(), ParamError> {
         let mut changed = *self;
-        // With the limits out of the way each value is checked alone; then all of them together.
-        for (_, large) in ORDERED {
-            changed.values[large as usize] = large.spec().max;
+        for (id, value) in values {
+            let spec = id.spec();
+            let is_switch = matches!(spec.kind, Kind::Switch | Kind::Wiring);
+            let in_range = (spec.min..=spec.max).contains(value);
+            if !in_range || (is_switch && *value != 0.0 && *value != 1.0) {
+                return Err(ParamError::Range(*id));
+            }
+            if let Some(slot) = changed.values.get_mut(*id as usize) {
+                *slot = *value;
+            }
         }
         for (small, large) in ORDERED {
-            if !values.iter().any(|(id, _)| *id == large) {
-                changed.values[large as usize] = self.get(large);
-            }
-            changed.values[small as usize] = small.spec().min;
-        }
-        for (id, value) in values {
-            changed.set(*id, *value)?;
-        }
-        for (small, _) in ORDERED {
-            if !values.iter().any(|(id, _)| *id == small) {
-                let value = self.get(small);
-                changed.set(small, value)?;
+            if changed.get(small) > changed.get(large) {
+                return Err(ParamError::Conflict(small, large));
             }
         }
         *self = changed;
