@@ -206,8 +206,8 @@ impl VariationTotal {
 
 /// Dead reckoning: the estimate as of some centimetres ago, and the motion since.
 ///
-/// F is exact for a compound motion, so the covariance is propagated by distance, not by time: at 1 kHz and low speed its increments would be
-/// smaller than half an ulp of it, and vanish.
+/// F is exact for a compound motion, so the covariance is propagated by distance, not by time: it grows by what was travelled, and most ticks are
+/// spared the work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimator {
     estimate: Estimate,

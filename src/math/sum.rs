@@ -4,7 +4,7 @@
 ///
 /// Increments of a third of a millimetre vanish in an f32 beyond 8 km, and long before that every one of them is rounded the same way.
 /// Knuth's two-sum gives the rounding error of each addition exactly; it is kept in a second f32.
-/// (An f64 would do the same, in software on the Cortex-M4F: about five times the instructions.)
+/// (An f64 would do the same, but in software on the Cortex-M4F.)
 ///
 /// ```
 /// let mut sum = vehicle_controller::math::Sum::default();
