@@ -25,7 +25,7 @@
 //! use vehicle_controller::controller::{AxisCommand, Controller, Inputs, Interface};
 //! use vehicle_controller::params::Params;
 //! use vehicle_controller::time::{Duration, Instant};
-//! use vehicle_controller::vehicle::{DifferentialDrive, Servo};
+//! use vehicle_controller::vehicle::{DifferentialDrive, NoPin, Servo};
 //! # use std::convert::Infallible;
 //! # struct Counter;
 //! # impl embedded_hal_02::Qei for Counter {
@@ -50,8 +50,8 @@
 //! let period = Duration::millis(1);
 //! let config = params.build(period);
 //!
-//! let left = Servo::new(Pwm, Pin, config.vehicle.servo[0])?;
-//! let right = Servo::new(Pwm, Pin, config.vehicle.servo[1])?;
+//! let left = Servo::new(Pwm, Pin, NoPin, config.vehicle.servo[0])?;
+//! let right = Servo::new(Pwm, Pin, NoPin, config.vehicle.servo[1])?;
 //! let vehicle = DifferentialDrive::new(Counter, Counter, left, right, &config.vehicle);
 //! let mut controller = Controller::new(vehicle, config, None);
 //! let mut base = Interface::new(controller.snapshot(), params.limits());
@@ -63,7 +63,7 @@
 //!         controller.request(request).expect("a tick takes every request");
 //!     }
 //!     let now = Instant::from_ticks(tick * period.ticks());
-//!     let events = controller.tick(now, &Inputs { supply: Some(12.0), estop: false });
+//!     let events = controller.tick(now, &Inputs::default());
 //!     assert!(events.is_empty());
 //!     base.update(controller.snapshot());
 //! }

@@ -83,14 +83,15 @@ fn no_fault_clears_while_the_emergency_stop_is_open() {
     let mut rig = Rig::after(Params::default(), Some(Fault::Watchdog));
     assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD enabled watchdog");
     rig.refused("m 1", "fault");
-    rig.inputs.estop = true;
+    rig.ok("SetParam estop_input 1");
+    rig.inputs.estop_open = true;
     rig.tick();
     assert_eq!(
         rig.unsolicited().last().map(String::as_str),
         Some("! fault estop")
     );
     rig.refused("ClearFault", "fault");
-    rig.inputs.estop = false;
+    rig.inputs.estop_open = false;
     rig.run(1.0);
     assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD enabled estop");
     rig.ok("ClearFault");

@@ -218,7 +218,7 @@ fn unknown_commands_and_wrong_counts_are_syntax_errors() {
 #[test]
 fn data_lines_have_their_form() {
     let mut rig = Rig::new();
-    rig.inputs.supply = Some(11.5);
+    rig.inputs.battery = Some(11.5 / 11.0);
     rig.run(1.0);
     for (line, reply) in [
         ("GetStatus", STATUS),

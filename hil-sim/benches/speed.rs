@@ -37,8 +37,8 @@ fn tick(c: &mut Criterion) {
     let mut now = Instant::from_ticks(0);
     let mut rolled = [0.0; 2];
     let inputs = Inputs {
-        supply: Some(12.0),
-        estop: false,
+        battery: Some(12.0 / 11.0),
+        ..Inputs::default()
     };
     let mut period = || {
         now = time::after(now, PERIOD);
@@ -62,7 +62,7 @@ fn tick(c: &mut Criterion) {
 fn plant_step(c: &mut Criterion) {
     let mut plant = Plant::new(&robot().physics, 1);
     let input = Input {
-        command: Command::Duty([0.3, 0.4]),
+        command: Command::duty([0.3, 0.4]),
         push: Push::default(),
     };
     for _ in 0..8000 {

@@ -1,5 +1,6 @@
 //! Fakes of the peripherals: they implement the traits that the real ones implement, and meet the plant on shared wires.
 
+use crate::plant::BridgeInput;
 use embedded_hal::digital::{ErrorType as PinErrorType, OutputPin};
 use embedded_hal::pwm::{ErrorType as PwmErrorType, SetDutyCycle};
 use embedded_hal_02::{Direction, Qei};
@@ -20,15 +21,21 @@ pub struct Wires {
     pub duty: Cell<u16>,
     /// Level of the direction pin.
     pub forward: Cell<bool>,
+    /// Level of the driver's enable pin.
+    pub enabled: Cell<bool>,
     /// The speed that an ideal motor was told, m/s.
     pub speed: Cell<f32>,
 }
 
 impl Wires {
-    /// Duty with its sign, −1 to 1.
-    pub fn signed_duty(&self) -> f64 {
+    /// What the bridge is told.
+    pub fn bridge(&self) -> BridgeInput {
         let duty = f64::from(self.duty.get()) / f64::from(FULL_DUTY);
-        if self.forward.get() { duty } else { -duty }
+        match (self.enabled.get(), self.forward.get()) {
+            (false, _) => BridgeInput::Open,
+            (true, true) => BridgeInput::Duty(duty),
+            (true, false) => BridgeInput::Duty(-duty),
+        }
     }
 }
 
@@ -104,9 +111,12 @@ impl SetDutyCycle for FakePwm {
     }
 }
 
-/// A direction pin.
+/// A digital output.
 #[derive(Debug)]
-pub struct FakePin(Rc<Wires>);
+pub struct FakePin {
+    wires: Rc<Wires>,
+    level: fn(&Wires) -> &Cell<bool>,
+}
 
 impl PinErrorType for FakePin {
     type Error = Infallible;
@@ -114,12 +124,12 @@ impl PinErrorType for FakePin {
 
 impl OutputPin for FakePin {
     fn set_low(&mut self) -> Result<(), Infallible> {
-        self.0.forward.set(false);
+        (self.level)(&self.wires).set(false);
         Ok(())
     }
 
     fn set_high(&mut self) -> Result<(), Infallible> {
-        self.0.forward.set(true);
+        (self.level)(&self.wires).set(true);
         Ok(())
     }
 }
@@ -127,8 +137,8 @@ impl OutputPin for FakePin {
 /// A motor: the real servo behind a bridge, or one that turns exactly as it is told.
 #[derive(Debug)]
 pub enum FakeDrive {
-    /// PWM and direction, through the library's servo.
-    Bridge(Servo<FakePwm, FakePin>),
+    /// PWM, direction and enable, through the library's servo.
+    Bridge(Servo<FakePwm, FakePin, FakePin>),
     /// Speeds are obeyed.
     Ideal(Rc<Wires>),
 }
@@ -140,7 +150,15 @@ impl FakeDrive {
     /// None: the fakes never refuse.
     pub fn bridge(wires: Rc<Wires>, config: servo::Config) -> Result<Self, OutputError> {
         let pwm = FakePwm(Rc::clone(&wires));
-        Ok(Self::Bridge(Servo::new(pwm, FakePin(wires), config)?))
+        let direction = FakePin {
+            wires: Rc::clone(&wires),
+            level: |wires| &wires.forward,
+        };
+        let enable = FakePin {
+            wires,
+            level: |wires| &wires.enabled,
+        };
+        Ok(Self::Bridge(Servo::new(pwm, direction, enable, config)?))
     }
 }
 
@@ -165,6 +183,13 @@ impl Drive for FakeDrive {
         matches!(self, Self::Bridge(servo) if servo.holds_load())
     }
 
+    fn brake(&mut self) -> Result<(), OutputError> {
+        match self {
+            Self::Bridge(servo) => servo.brake(),
+            Self::Ideal(_) => self.off(),
+        }
+    }
+
     fn off(&mut self) -> Result<(), OutputError> {
         match self {
             Self::Bridge(servo) => servo.off(),
@@ -174,6 +199,21 @@ impl Drive for FakeDrive {
             }
         }
     }
+}
+
+/// Voltage of the current sensors at no current, V.
+pub const CURRENT_ZERO: f64 = 1.65;
+/// Voltage of the current sensors per current, V/A.
+pub const CURRENT_SENSITIVITY: f64 = 0.25;
+
+/// What a 12-bit converter of 3.3 V makes of a voltage, in V.
+pub fn converted(volts: f64) -> f32 {
+    const REFERENCE: f64 = 3.3;
+    const FULL_SCALE: f64 = 4095.0;
+    let code = (volts / REFERENCE * FULL_SCALE)
+        .clamp(0.0, FULL_SCALE)
+        .floor();
+    (code / FULL_SCALE * REFERENCE) as f32
 }
 
 /// A serial port at 115 200 baud, both ways.

@@ -1,6 +1,8 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
-use crate::peripherals::{FakeDrive, FakeQei, FakeSerial, Wires};
+use crate::peripherals::{
+    CURRENT_SENSITIVITY, CURRENT_ZERO, FakeDrive, FakeQei, FakeSerial, Wires, converted,
+};
 use crate::plant::{Command, Input, Plant, Push};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
@@ -18,13 +20,14 @@ pub type Vehicle = DifferentialDrive<FakeQei, FakeQei, FakeDrive, FakeDrive>;
 /// The period of the control loop.
 pub const PERIOD: Duration = Duration::millis(1);
 /// Plant steps in a period.
-const SUBSTEPS: u32 = 4;
+pub const SUBSTEPS: u32 = 4;
 /// A simulated base, complete.
 #[derive(Debug)]
 pub struct Rig {
     plant: Plant,
     wires: [Rc<Wires>; 2],
     ideal: bool,
+    battery_divider: f64,
     controller: Controller<Vehicle>,
     desk: Desk,
     interpreter: Interpreter,
@@ -83,6 +86,7 @@ impl Rig {
             plant,
             wires,
             ideal: robot.model == Model::Ideal,
+            battery_divider: robot.physics.battery.divider,
             controller,
             desk,
             interpreter: Interpreter::new(identity, robot.params),
@@ -145,8 +149,14 @@ impl Rig {
         self.advance_plant();
         self.now = time::after(self.now, PERIOD);
         let inputs = Inputs {
-            supply: (!self.ideal).then(|| self.plant.bus_voltage() as f32),
-            estop: self.estop,
+            battery: (!self.ideal)
+                .then(|| converted(self.plant.bus_voltage() / self.battery_divider)),
+            currents: self
+                .plant
+                .current()
+                .map(|amperes| Some(converted(CURRENT_ZERO + CURRENT_SENSITIVITY * amperes))),
+            estop_open: self.estop,
+            stop_button: false,
         };
         for event in self.controller.tick(self.now, &inputs) {
             self.interpreter.notify(event);
@@ -165,7 +175,7 @@ impl Rig {
         let command = if self.ideal {
             Command::Speed([f64::from(left.speed.get()), f64::from(right.speed.get())])
         } else {
-            Command::Duty([left.signed_duty(), right.signed_duty()])
+            Command::Bridges([left.bridge(), right.bridge()])
         };
         let input = Input { command, push };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);

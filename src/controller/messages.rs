@@ -1,7 +1,7 @@
 //! What goes in and out of the control loop besides snapshots: configuration, actions, inputs, events.
 
 use super::estimator::Correction;
-use super::{AxisCommand, AxisConfig, Noise};
+use super::{AxisCommand, AxisConfig, Noise, Sensing};
 use crate::supervisor::Fault;
 use crate::time::Duration;
 use heapless::Vec;
@@ -25,8 +25,8 @@ pub struct Config<C> {
     pub stop_turn_acceleration: f32,
     /// Random odometric error.
     pub noise: Noise,
-    /// Battery voltage to assume when none is measured, V.
-    pub nominal_supply: f32,
+    /// What the board's inputs mean.
+    pub sensing: Sensing,
     /// The vehicle's own.
     pub vehicle: C,
 }
@@ -107,12 +107,3 @@ pub enum Event {
 
 /// The events of one tick.
 pub type Events = Vec<Event, { REQUESTS + 4 }>;
-
-/// What the board measured besides the encoders.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Inputs {
-    /// Battery voltage, V, where it is measured.
-    pub supply: Option<f32>,
-    /// The emergency-stop circuit is open.
-    pub estop: bool,
-}

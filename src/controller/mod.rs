@@ -17,6 +17,7 @@ mod history;
 mod interface;
 mod messages;
 pub mod profile;
+mod sensing;
 mod snapshot;
 
 pub use axis::{Axis, AxisCommand, AxisConfig, Cycle, State};
@@ -24,7 +25,8 @@ pub use correction::CorrectionError;
 pub use estimator::{Estimate, Estimator, Noise, Pose};
 pub use history::MAX_AGE;
 pub use interface::{Interface, Limits, Observation, Refusal};
-pub use messages::{Action, Config, Event, Events, Inputs, REQUESTS, Request, StopReason};
+pub use messages::{Action, Config, Event, Events, REQUESTS, Request, StopReason};
+pub use sensing::{Inputs, Sensing};
 pub use snapshot::{AxisSnapshot, Snapshot};
 
 use crate::supervisor::Fault;
@@ -33,6 +35,7 @@ use crate::vehicle::{Motion, Twist, VirtualVehicle};
 use axis::AxisEvent;
 use clock::Clock;
 use heapless::Deque;
+use sensing::Readings;
 
 /// Motor power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,7 +49,8 @@ enum Power {
 /// What the motors do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motors {
-    /// Nothing: until the first motion command, and after a fault or Enable until the next.
+    /// Nothing: until the first motion command, and after a fault or Disable until the next. Their drivers are off too, once the wheels have had
+    /// [`BRAKING`] to come to rest.
     Off,
     /// They follow the axes.
     Driving,
@@ -64,13 +68,13 @@ pub struct Controller<V: VirtualVehicle> {
     translation: Axis,
     rotation: Axis,
     motion: Motion,
-    supply: f32,
-    /// The emergency-stop circuit is open.
-    estop: bool,
+    readings: Readings,
     /// The outputs could not be switched off.
     output_failed: bool,
     power: Power,
     motors: Motors,
+    /// So long are the bridges still to short the motors that were switched off, s.
+    braking: f32,
     fault: Option<Fault>,
     stopping: Option<StopReason>,
     requests: Deque<Request<V::Config>, REQUESTS>,
@@ -84,10 +88,8 @@ pub struct Controller<V: VirtualVehicle> {
     time: Instant,
 }
 
-/// Time constant of the supply's filter, s.
-const SUPPLY_FILTER: f32 = 0.05;
-/// The supply that is assumed is never below this share of the nominal one: a broken sense wire must not multiply the duty.
-const SUPPLY_FLOOR: f32 = 0.5;
+/// Motors that are switched off brake for this long before their drivers are switched off, s: longer than any base takes to stop with shorted motors.
+const BRAKING: f32 = 0.5;
 /// Relative change of the wheels' limit that is taken for ripple of the battery voltage.
 const SHARE_RIPPLE: f32 = 0.02;
 /// In HOLD the motors rest once the error is below this share of the tolerance …
@@ -106,11 +108,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation: Axis::default(),
             rotation: Axis::default(),
             motion: Motion::default(),
-            supply: config.nominal_supply,
-            estop: false,
+            readings: Readings::new(&config.sensing),
             output_failed: false,
             power: Power::Enabled,
             motors: Motors::Off,
+            braking: 0.0,
             fault,
             stopping: None,
             requests: Deque::new(),
@@ -149,7 +151,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         let mut events = Events::new();
         let elapsed = self.clock.tick(now);
         self.time = now;
-        self.measure_supply(inputs.supply);
+        self.readings
+            .update(&self.config.sensing, inputs, self.period());
 
         self.motion = self.vehicle.sense(elapsed.seconds);
         let increment = self.motion.increment;
@@ -158,8 +161,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             .measure(increment.translation, elapsed.steps);
         self.rotation.measure(increment.rotation, elapsed.steps);
 
-        self.estop = inputs.estop;
-        if inputs.estop {
+        if self.readings.estop {
             self.trip(Fault::Estop, &mut events);
         }
         // In a cycle that is not due yet the references stand between two steps.
@@ -182,7 +184,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if self.motors == Motors::Off {
             self.translation.release();
             self.rotation.release();
-            self.output_failed = self.vehicle.off().is_err();
+            let off = if self.braking > 0.0 {
+                self.braking -= elapsed.seconds;
+                self.vehicle.brake()
+            } else {
+                self.vehicle.off()
+            };
+            self.output_failed = off.is_err();
             if self.output_failed {
                 self.trip(Fault::Output, &mut events);
             }
@@ -217,18 +225,12 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             ),
             rotation: axis(&self.rotation, speed.rotation, acceleration.rotation),
             wheels: self.vehicle.wheels(),
-            supply: self.supply,
+            supply: self.readings.supply,
+            currents: self.readings.currents,
             enabled: self.power == Power::Enabled,
             fault: self.fault,
             fault_persists: self.fault_persists(),
         }
-    }
-
-    fn measure_supply(&mut self, supply: Option<f32>) {
-        let nominal = self.config.nominal_supply;
-        let measured = supply.filter(|v| v.is_finite()).unwrap_or(nominal);
-        let period = self.period();
-        self.supply += (measured - self.supply) * period / (SUPPLY_FILTER + period);
     }
 
     fn carry_out(&mut self, action: Action<V::Config>, events: &mut Events) {
@@ -272,11 +274,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     }
 
     fn may_move(&self) -> bool {
-        self.fault.is_none() && !self.estop && self.power == Power::Enabled
+        self.fault.is_none() && !self.readings.estop && self.power == Power::Enabled
     }
 
     fn fault_persists(&self) -> bool {
-        self.fault.is_some() && (self.estop || self.output_failed)
+        self.fault.is_some() && (self.readings.estop || self.output_failed)
     }
 
     fn wake(&mut self) {
@@ -317,13 +319,20 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         self.stopping = None;
         if self.power == Power::Disabling {
             self.power = Power::Disabled;
-            self.motors = Motors::Off;
+            self.switch_off();
         }
         note(events, Event::Stopped(reason));
     }
 
+    fn switch_off(&mut self) {
+        if self.motors != Motors::Off {
+            self.motors = Motors::Off;
+            self.braking = BRAKING;
+        }
+    }
+
     fn trip(&mut self, fault: Fault, events: &mut Events) {
-        self.motors = Motors::Off;
+        self.switch_off();
         self.stopping = None;
         if self.power == Power::Disabling {
             self.power = Power::Disabled;
@@ -341,7 +350,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation: self.translation.wanted_speed(),
             rotation: self.rotation.wanted_speed(),
         };
-        let share = self.vehicle.share(wanted, self.usable_supply());
+        let supply = self.readings.usable_supply(&self.config.sensing);
+        let share = self.vehicle.share(wanted, supply);
         // Down at once, up only by more than the battery's ripple: a reference at the limit would follow that, and never cruise.
         if share < self.share || share > self.share * (1.0 + SHARE_RIPPLE) {
             self.share = share;
@@ -377,7 +387,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         let driven = if self.may_rest() {
             self.motors = Motors::Resting;
-            self.vehicle.off()
+            self.vehicle.brake()
         } else {
             self.motors = Motors::Driving;
             self.drive()
@@ -416,12 +426,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation: self.translation.acceleration(),
             rotation: self.rotation.acceleration(),
         };
-        let supply = self.usable_supply();
+        let supply = self.readings.usable_supply(&self.config.sensing);
         self.vehicle.drive(speed, acceleration, supply, period)
-    }
-
-    fn usable_supply(&self) -> f32 {
-        self.supply.max(SUPPLY_FLOOR * self.config.nominal_supply)
     }
 
     fn period(&self) -> f32 {

@@ -41,6 +41,8 @@ pub struct Snapshot {
     pub wheels: [Wheel; 2],
     /// Battery voltage, filtered, V.
     pub supply: f32,
+    /// Motor currents, left first, A, where they are measured.
+    pub currents: [Option<f32>; 2],
     /// Motor power is on.
     pub enabled: bool,
     /// The latched fault.

@@ -32,7 +32,8 @@ fields! {
     LeftCount "left_count"; RightCount "right_count";
     LeftSpeed "left_speed"; RightSpeed "right_speed";
     LeftDuty "left_duty"; RightDuty "right_duty";
-    Battery "battery"; FaultName "fault"; Dropped "dropped";
+    Battery "battery"; LeftCurrent "left_current"; RightCurrent "right_current";
+    FaultName "fault"; Dropped "dropped";
 }
 
 /// The fields of a telemetry line; none means the default ones.
@@ -134,6 +135,13 @@ impl Stream {
         let degrees = |text: &mut Text, x: f64| {
             text.fixed(x * DEGREES, 5);
         };
+        // Where there is no sensor there is no number, but a line keeps its columns.
+        let amperes = |text: &mut Text, current: Option<f32>| {
+            match current {
+                Some(current) => text.fixed(f64::from(current), 3),
+                None => text.word("-"),
+            };
+        };
         text.byte(b'~');
         for field in self.fields.list() {
             let mark = text.mark();
@@ -201,6 +209,8 @@ impl Stream {
                 Field::Battery => {
                     text.fixed(f64::from(snapshot.supply), 3);
                 }
+                Field::LeftCurrent => amperes(text, snapshot.currents[0]),
+                Field::RightCurrent => amperes(text, snapshot.currents[1]),
                 Field::FaultName => {
                     text.word(snapshot.fault.map_or("none", |fault| fault.name()));
                 }

@@ -7,7 +7,7 @@ mod table;
 
 pub use table::{Id, Kind, Spec};
 
-use crate::controller::{AxisConfig, Config, Limits, Noise};
+use crate::controller::{AxisConfig, Config, Limits, Noise, Sensing};
 use crate::time::Duration;
 use crate::vehicle::{differential, servo};
 use core::f32::consts::PI;
@@ -155,7 +155,13 @@ impl Params {
                 // °²/° is °, and rad²/rad is rad.
                 rotation: radians(self.get(Id::NoiseRot)),
             },
-            nominal_supply: self.get(Id::Supply),
+            sensing: Sensing {
+                nominal_supply: self.get(Id::Supply),
+                battery_divider: self.get(Id::BatteryDivider),
+                current_scale: self.get(Id::CurrentScale),
+                current_zero: self.get(Id::CurrentZero),
+                estop_input: self.is_on(Id::EstopInput),
+            },
             vehicle: self.vehicle(),
         }
     }

@@ -148,9 +148,9 @@ parameters! {
     /// Bandwidth of the wheel speed observers.
     ObserverBandwidth "observer_bandwidth" "Hz" 0.5..200.0 = 30.0 Value;
     /// Voltage that overcomes the motors' friction.
-    MotorFriction "motor_friction" "V" 0.0..24.0 = 0.45 Value;
+    MotorFriction "motor_friction" "V" 0.0..24.0 = 0.42 Value;
     /// Voltage per speed of the wheel's circumference.
-    MotorSpeedGain "motor_speed_gain" "V*s/m" 0.0..1000.0 = 13.4 Value;
+    MotorSpeedGain "motor_speed_gain" "V*s/m" 0.0..1000.0 = 13.3 Value;
     /// Voltage per acceleration.
     MotorAccelGain "motor_accel_gain" "V*s2/m" 0.0..1000.0 = 0.5 Value;
     /// Proportional gain of the wheel servos.
@@ -163,6 +163,15 @@ parameters! {
     MaxDuty "max_duty" "-" 0.05..1.0 = 0.98 Value;
     /// Nominal battery voltage.
     Supply "supply" "V" 3.0..60.0 = 12.0 Value;
+
+    /// Battery voltage over the voltage at the board's input: 11 for 100 kΩ over 10 kΩ; 0: not connected, `supply` is assumed.
+    BatteryDivider "battery_divider" "-" 0.0..100.0 = 11.0 Value;
+    /// Current per voltage of the motors' current sensors; 0: there are none.
+    CurrentScale "current_scale" "A/V" 0.0..1000.0 = 0.0 Value;
+    /// Voltage of the current sensors at no current.
+    CurrentZero "current_zero" "V" 0.0..5.0 = 0.0 Value;
+    /// A normally closed emergency-stop circuit is connected: open stops the base.
+    EstopInput "estop_input" "-" 0.0..1.0 = 0.0 Switch;
 
     /// A motion without an end is stopped after this time without an accepted line; 0: never.
     Deadman "deadman" "s" 0.0..60.0 = 1.0 Value;

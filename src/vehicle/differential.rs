@@ -251,6 +251,13 @@ where
         Ok(())
     }
 
+    fn brake(&mut self) -> Result<(), OutputError> {
+        self.duty = [0.0; 2];
+        let left = self.left_drive.brake();
+        let right = self.right_drive.brake();
+        left.and(right)
+    }
+
     fn off(&mut self) -> Result<(), OutputError> {
         self.duty = [0.0; 2];
         let left = self.left_drive.off();

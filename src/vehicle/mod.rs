@@ -11,7 +11,7 @@ pub mod servo;
 pub use differential::DifferentialDrive;
 pub use encoder::{Counter, Encoder};
 pub use observer::{Gains, Observer};
-pub use servo::Servo;
+pub use servo::{NoPin, Servo};
 
 /// A translation and a rotation of the virtual vehicle: an increment, a speed, an acceleration, or a resolution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -107,7 +107,16 @@ pub trait VirtualVehicle {
         dt: f32,
     ) -> Result<(), OutputError>;
 
-    /// Switches every motor off and forgets what the servos have learned.
+    /// Takes the supply from every motor but lets the bridges short them, which brakes; forgets what the servos have learned. A vehicle that cannot
+    /// brake switches off.
+    ///
+    /// # Errors
+    /// [`OutputError`] if an output refused; the others brake all the same.
+    fn brake(&mut self) -> Result<(), OutputError> {
+        self.off()
+    }
+
+    /// Switches every motor and its driver off: the wheels are free. Forgets what the servos have learned.
     ///
     /// # Errors
     /// [`OutputError`] if an output refused; the others are off all the same.
@@ -145,7 +154,15 @@ pub trait Drive {
         false
     }
 
-    /// Switches the motor off.
+    /// Takes the supply from the motor; a bridge shorts it, which brakes. A drive that cannot brake switches off.
+    ///
+    /// # Errors
+    /// [`OutputError`] if the output refused.
+    fn brake(&mut self) -> Result<(), OutputError> {
+        self.off()
+    }
+
+    /// Switches the motor and its driver off.
     ///
     /// # Errors
     /// [`OutputError`] if the output refused.

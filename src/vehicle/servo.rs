@@ -1,8 +1,9 @@
-//! Wheel servo: feed-forward plus PI, out through a PWM channel and a direction pin.
+//! Wheel servo: feed-forward plus PI, out through a PWM channel, a direction pin and the driver's enable pin.
 
 use super::{Drive, OutputError, WheelCommand};
 use crate::math::limit;
-use embedded_hal::digital::OutputPin;
+use core::convert::Infallible;
+use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal::pwm::SetDutyCycle;
 
 /// Parameters of the servo of one wheel. Voltages are at the motor; speeds are those of the wheel's circumference.
@@ -106,11 +107,31 @@ impl Regulator {
     }
 }
 
-/// A motor behind an H-bridge: duty by PWM, direction by a pin (high is forward).
+/// The pin of a driver that has none, for instance no enable input.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoPin;
+
+impl ErrorType for NoPin {
+    type Error = Infallible;
+}
+
+impl OutputPin for NoPin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// A motor behind an H-bridge: duty by PWM, direction by a pin (high is forward), the driver's power by another (high is enabled; pull it down at the
+/// driver, so that it is off while the controller is in reset).
 #[derive(Debug)]
-pub struct Servo<P, D> {
+pub struct Servo<P, D, E> {
     pwm: P,
     direction: D,
+    enable: E,
     config: Config,
     regulator: Regulator,
     /// The voltage of the last tenth of a second, V.
@@ -118,15 +139,16 @@ pub struct Servo<P, D> {
     holds_load: bool,
 }
 
-impl<P: SetDutyCycle, D: OutputPin> Servo<P, D> {
-    /// Takes a PWM channel and a direction pin over and switches the motor off.
+impl<P: SetDutyCycle, D: OutputPin, E: OutputPin> Servo<P, D, E> {
+    /// Takes a PWM channel and the pins over and switches the motor off.
     ///
     /// # Errors
-    /// [`OutputError`] if the channel refused.
-    pub fn new(pwm: P, direction: D, config: Config) -> Result<Self, OutputError> {
+    /// [`OutputError`] if an output refused.
+    pub fn new(pwm: P, direction: D, enable: E, config: Config) -> Result<Self, OutputError> {
         let mut servo = Self {
             pwm,
             direction,
+            enable,
             config,
             regulator: Regulator::default(),
             load: 0.0,
@@ -144,11 +166,18 @@ impl<P: SetDutyCycle, D: OutputPin> Servo<P, D> {
         self.direction
             .set_state(forward.into())
             .map_err(|_| OutputError)?;
-        self.pwm.set_duty_cycle(counts).map_err(|_| OutputError)
+        self.pwm.set_duty_cycle(counts).map_err(|_| OutputError)?;
+        self.enable.set_high().map_err(|_| OutputError)
+    }
+
+    fn forget(&mut self) {
+        self.regulator.reset();
+        self.load = 0.0;
+        self.holds_load = false;
     }
 }
 
-impl<P: SetDutyCycle, D: OutputPin> Drive for Servo<P, D> {
+impl<P: SetDutyCycle, D: OutputPin, E: OutputPin> Drive for Servo<P, D, E> {
     fn configure(&mut self, config: &Config) {
         self.config = *config;
     }
@@ -168,11 +197,15 @@ impl<P: SetDutyCycle, D: OutputPin> Drive for Servo<P, D> {
         self.holds_load
     }
 
-    fn off(&mut self) -> Result<(), OutputError> {
-        self.regulator.reset();
-        self.load = 0.0;
-        self.holds_load = false;
+    fn brake(&mut self) -> Result<(), OutputError> {
+        self.forget();
         self.pwm.set_duty_cycle_fully_off().map_err(|_| OutputError)
+    }
+
+    fn off(&mut self) -> Result<(), OutputError> {
+        // Both, whatever the other one says.
+        let disabled = self.enable.set_low().map_err(|_| OutputError);
+        self.brake().and(disabled)
     }
 }
 

@@ -64,6 +64,7 @@ mod tests {
         let battery = Battery::new(&BatteryParams {
             voltage: 12.4,
             resistance: 0.15,
+            divider: 11.0,
         });
         let stalled = Consumer {
             drive: -1.0,
@@ -80,6 +81,7 @@ mod tests {
         let battery = Battery::new(&BatteryParams {
             voltage: 12.4,
             resistance: 0.15,
+            divider: 11.0,
         });
         let idle = Consumer {
             drive: 0.0,

@@ -3,11 +3,27 @@
 /// What drives the wheels, left and right.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
-    /// Duty cycles of the bridges, −1..1. Zero shorts the motor.
-    Duty([f64; 2]),
+    /// What the bridges are told.
+    Bridges([BridgeInput; 2]),
     /// Speeds of the rims \[m/s\] which ideal wheels follow at once, without slip: no force acts on
     /// such a base.
     Speed([f64; 2]),
+}
+
+/// What one bridge is told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BridgeInput {
+    /// A duty cycle, −1..1. Zero shorts the motor.
+    Duty(f64),
+    /// The driver is not enabled: no current can flow, the motor is free.
+    Open,
+}
+
+impl Command {
+    /// Both bridges enabled, with these duty cycles.
+    pub fn duty([left, right]: [f64; 2]) -> Self {
+        Self::Bridges([BridgeInput::Duty(left), BridgeInput::Duty(right)])
+    }
 }
 
 /// A force from outside on the body.

@@ -33,7 +33,7 @@ use body::{Body, Velocity};
 use bridge::Bridge;
 use encoder::Encoder;
 use gear::Gear;
-pub use input::{Command, Input, Push};
+pub use input::{BridgeInput, Command, Input, Push};
 use motor::Motor;
 pub use params::{
     BatteryParams, BodyParams, BridgeParams, EncoderParams, MotorParams, Physics, TyreParams,
@@ -104,20 +104,26 @@ impl Plant {
     /// Moves on by `dt` \[s\] under a constant input.
     pub fn step(&mut self, dt: f64, input: &Input) {
         match input.command {
-            Command::Duty(duty) => self.drive(dt, duty, input.push),
+            Command::Bridges(bridges) => self.drive(dt, bridges, input.push),
             Command::Speed(rims) => self.roll(dt, rims),
         }
     }
 
     /// A step of the real thing.
     #[inline]
-    fn drive(&mut self, dt: f64, duty: [f64; 2], push: Push) {
+    fn drive(&mut self, dt: f64, bridges: [BridgeInput; 2], push: Push) {
+        for (wheel, bridge) in self.wheels.iter_mut().zip(bridges) {
+            wheel.motor.open = bridge == BridgeInput::Open;
+        }
         let [left, right] = &self.wheels;
-        let drive = duty.map(|d| self.bridge.drive(d));
+        let drive = bridges.map(|input| match input {
+            BridgeInput::Duty(duty) => self.bridge.drive(duty),
+            BridgeInput::Open => 0.0,
+        });
         let consumer = |wheel: &Wheel, drive: f64| Consumer {
             drive,
             strength: wheel.motor.strength,
-            conductance: wheel.motor.conductance,
+            conductance: wheel.motor.conductance(),
             emf: wheel.motor.emf_constant * wheel.motor_speed,
         };
         self.bus = self

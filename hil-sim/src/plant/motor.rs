@@ -9,15 +9,17 @@ pub(super) struct Motor {
     /// Torque and back-EMF constant \[N·m/A = V·s/rad\].
     pub emf_constant: f64,
     /// 1/R \[S\].
-    pub conductance: f64,
+    conductance: f64,
     /// J_m \[kg·m²\].
     pub inertia: f64,
-    /// b + K²/R: what resists in proportion to the speed, at a given voltage \[N·m·s/rad\].
-    pub damping: f64,
+    /// b \[N·m·s/rad\].
+    viscous: f64,
     /// Factor of the applied voltage, 0..1.
     pub strength: f64,
     /// Whether something holds the motor.
     pub blocked: bool,
+    /// Whether the circuit is open.
+    pub open: bool,
     coulomb: f64,
     /// T_s − T_c \[N·m\].
     rise: f64,
@@ -36,27 +38,40 @@ impl Motor {
             emf_constant,
             conductance,
             inertia: params.inertia,
-            damping: params.viscous + emf_constant * emf_constant * conductance,
+            viscous: params.viscous,
             strength: 1.0,
             blocked: false,
+            open: false,
             coulomb: params.coulomb * friction,
             rise: (params.stiction - params.coulomb) * friction,
             inverse_stribeck: 1.0 / params.stribeck_speed,
         }
     }
 
+    /// 1/R \[S\]; 0 while the circuit is open.
+    #[inline]
+    pub(super) fn conductance(&self) -> f64 {
+        if self.open { 0.0 } else { self.conductance }
+    }
+
+    /// b + K²/R: what resists in proportion to the speed, at a given voltage \[N·m·s/rad\].
+    #[inline]
+    pub(super) fn damping(&self) -> f64 {
+        self.viscous + self.emf_constant * self.emf_constant * self.conductance()
+    }
+
     /// Current at a voltage and a speed \[A\].
     #[inline]
     pub(super) fn current(&self, voltage: f64, omega: f64) -> f64 {
         // i = (V − K·ω)/R
-        (voltage - self.emf_constant * omega) * self.conductance
+        (voltage - self.emf_constant * omega) * self.conductance()
     }
 
     /// Torque that a voltage makes when the motor stands \[N·m\].
     #[inline]
     pub(super) fn stall_torque(&self, voltage: f64) -> f64 {
         // T = K·V/R
-        self.emf_constant * self.conductance * voltage
+        self.emf_constant * self.conductance() * voltage
     }
 
     /// Magnitude of the dry friction at a speed; at rest, the torque it can hold \[N·m\].
@@ -79,6 +94,15 @@ mod tests {
         // 12 V / 2.2 Ω and 0.545 N·m/A times that. Tolerance: rounding.
         assert!((motor.current(12.0, 0.0) - 12.0 / 2.2).abs() < 1e-12);
         assert!((motor.stall_torque(12.0) - 0.545 * 12.0 / 2.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_open_circuit_neither_drives_nor_brakes() {
+        let mut motor = Motor::new(&robots::plain().motor, [1.0; 3]);
+        motor.open = true;
+        assert_eq!(motor.current(12.0, 5.0), 0.0);
+        assert_eq!(motor.stall_torque(12.0), 0.0);
+        assert_eq!(motor.damping(), robots::plain().motor.viscous);
     }
 
     #[test]

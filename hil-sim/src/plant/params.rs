@@ -94,6 +94,14 @@ pub struct BatteryParams {
     pub voltage: f64,
     /// Internal resistance \[Ω\].
     pub resistance: f64,
+    /// Its voltage over the voltage that the controller's input gets of it \[1\].
+    #[serde(default = "usual_divider")]
+    pub divider: f64,
+}
+
+/// 100 kΩ over 10 kΩ.
+fn usual_divider() -> f64 {
+    11.0
 }
 
 /// The H-bridges.
@@ -170,6 +178,7 @@ impl Physics {
             ("motor.spread", motor.spread, NotBeNegative),
             ("battery.voltage", self.battery.voltage, BePositive),
             ("battery.resistance", self.battery.resistance, NotBeNegative),
+            ("battery.divider", self.battery.divider, BePositive),
             ("bridge.dead_band", self.bridge.dead_band, BeBelowOne),
             ("tyre.friction", self.tyre.friction, BePositive),
             ("tyre.creep", self.tyre.creep, BePositive),

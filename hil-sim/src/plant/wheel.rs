@@ -100,7 +100,7 @@ impl Wheel {
         let mesh = self.gear.mesh(guess.contact, self.twist, dt);
         // J_m·ω_m' = J_m·ω_m + dt·(K·(V − K·ω_m')/R − b·ω_m' − s·T_f) − h − g·(ω_m' − ω_w')
         let (motor_fixed, motor_rate, reflected) = if let Motion::Sliding(sign) = guess.motion {
-            let own = self.motor.inertia + dt * self.motor.damping;
+            let own = self.motor.inertia + dt * self.motor.damping();
             let inverse = 1.0 / (own + mesh.rate);
             let torque =
                 self.motor.stall_torque(voltage) - sign * self.motor.dry_friction(self.motor_speed);

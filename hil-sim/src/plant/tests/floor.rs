@@ -105,7 +105,7 @@ fn odometric_error_of_straight_driving_is_small() {
 fn a_torque_turns_the_robot() {
     let mut plant = Plant::new(&robots::plain(), 1);
     let input = Input {
-        command: Command::Duty([0.0; 2]),
+        command: Command::duty([0.0; 2]),
         push: Push {
             force: 0.0,
             torque: 0.6,

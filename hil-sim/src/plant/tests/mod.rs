@@ -18,7 +18,7 @@ const NO_PUSH: Push = Push {
 /// Duty cycles and nothing else.
 fn duty(left: f64, right: f64) -> Input {
     Input {
-        command: Command::Duty([left, right]),
+        command: Command::duty([left, right]),
         push: NO_PUSH,
     }
 }
@@ -26,7 +26,7 @@ fn duty(left: f64, right: f64) -> Input {
 /// A force on shorted motors.
 fn force(newtons: f64) -> Input {
     Input {
-        command: Command::Duty([0.0; 2]),
+        command: Command::duty([0.0; 2]),
         push: Push {
             force: newtons,
             torque: 0.0,
