@@ -1,6 +1,8 @@
 //! A simulated robot base: the real controller and interpreter of `vehicle-controller` on fake peripherals, driven by a plant that is written from
 //! physics and shares no kinematics with them.
 
+#[cfg(feature = "emulator")]
+pub mod emulator;
 pub mod peripherals;
 pub mod plant;
 pub mod plot;

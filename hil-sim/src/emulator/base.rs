@@ -1,0 +1,225 @@
+//! The base with the shipped image in it: the plant of the simulator, and the emulated board as its controller.
+
+use super::board::{Bridge, Nucleo};
+use super::flash::Flash;
+use super::lockstep::{Core, Edge, Meeting, Stretch};
+use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO};
+use crate::plant::{BridgeInput, Command, Input, Plant, Push};
+use crate::rig::{PERIOD, SUBSTEPS};
+use crate::robot::{Model, Robot};
+use anyhow::{Result, bail, ensure};
+use rigless::image::Image;
+use rigless::time::VirtualNanos;
+use std::collections::VecDeque;
+use std::path::Path;
+use vehicle_controller::params::{Id, Params};
+use vehicle_controller::time::{self, Instant};
+
+/// The watchdog's oscillator, Hz, if nobody says otherwise: its typical frequency.
+const LSI_HZ: u64 = 32_000;
+
+/// A base that the image of the firmware controls.
+#[derive(Debug)]
+pub struct ImageBase {
+    core: Core,
+    plant: Plant,
+    battery_divider: f64,
+    counts: [i64; 2],
+    bridges: [Bridge; 2],
+    now: Instant,
+    push: Push,
+    push_until: Instant,
+    received: Vec<u8>,
+    backlog: usize,
+}
+
+impl ImageBase {
+    /// Powers a robot up with an image in its flash. The same image, robot and seed give the same run, bit for bit.
+    ///
+    /// # Errors
+    /// If the image cannot be read, does not fit, or the robot is not one that it can drive.
+    pub fn new(image: &Path, robot: &Robot, seed: u64) -> Result<Self> {
+        Self::with_lsi(image, robot, seed, LSI_HZ)
+    }
+
+    /// The same with another frequency of the watchdog's oscillator, 17 000 to 47 000 Hz.
+    ///
+    /// # Errors
+    /// As [`Self::new`], and if the frequency is out of range.
+    pub fn with_lsi(image: &Path, robot: &Robot, seed: u64, lsi_hz: u64) -> Result<Self> {
+        if robot.model == Model::Ideal {
+            bail!(
+                "an image drives motors, and this robot's wheels turn as they are told: choose another robot"
+            );
+        }
+        let built_in = Params::default();
+        if Id::ALL
+            .into_iter()
+            .any(|id| robot.params.get(id) != built_in.get(id))
+        {
+            bail!(
+                "an image has the parameters it was built with, and this robot needs others: choose another robot"
+            );
+        }
+        ensure!(
+            (17_000..=47_000).contains(&lsi_hz),
+            "the watchdog's oscillator runs at 17 to 47 kHz, not at {lsi_hz} Hz"
+        );
+        let image = Image::read(image, None)?;
+        let mut flash = Flash::default();
+        for (address, bytes) in image.segments() {
+            ensure!(
+                flash.place(address, bytes),
+                "the image has {} bytes at {address:#010x}, outside the flash",
+                bytes.len()
+            );
+        }
+        let board = Nucleo::new(flash, lsi_hz)?;
+        let plant = Plant::new(&robot.physics, seed);
+        let now = Instant::from_ticks(0);
+        Ok(Self {
+            core: Core::power_up(board, vec![image])?,
+            counts: plant.counts(),
+            plant,
+            battery_divider: robot.physics.battery.divider,
+            bridges: [Bridge::default(); 2],
+            now,
+            push: Push::default(),
+            push_until: now,
+            received: Vec::new(),
+            backlog: 0,
+        })
+    }
+
+    /// Puts bytes on the line to the base; they arrive at 115 200 baud.
+    ///
+    /// # Errors
+    /// If the emulator has given up.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        let bytes = bytes.to_vec();
+        self.backlog = self.core.hold(move |held| {
+            let line = held.session.board_mut().line();
+            line.map_or(0, |line| {
+                line.send(&bytes);
+                line.backlog()
+            })
+        })?;
+        Ok(())
+    }
+
+    /// Takes what has arrived from the base.
+    pub fn receive(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.received)
+    }
+
+    /// Bytes that have not begun their way to the base yet.
+    pub fn backlog(&self) -> usize {
+        self.backlog
+    }
+
+    /// Pushes the base for some seconds: N along it, N·m about it.
+    pub fn push(&mut self, force: f64, torque: f64, seconds: f64) {
+        self.push = Push { force, torque };
+        self.push_until = time::after(self.now, time::Duration::from_ticks((seconds * 1e6) as u64));
+    }
+
+    /// The simulated time.
+    pub fn now(&self) -> Instant {
+        self.now
+    }
+
+    /// The truth.
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    /// The truth, to meddle with.
+    pub fn plant_mut(&mut self) -> &mut Plant {
+        &mut self.plant
+    }
+
+    /// What the drivers of the motors are told.
+    pub fn bridges(&self) -> [Bridge; 2] {
+        self.bridges
+    }
+
+    /// One millisecond: the plant moves on, and while the encoders turn as it did the board runs.
+    ///
+    /// # Errors
+    /// If the image does something that the emulated board has no answer to.
+    pub fn tick(&mut self) -> Result<()> {
+        let from = self.now;
+        self.advance_plant();
+        self.now = time::after(self.now, PERIOD);
+        let edges = self.edges(from);
+        let [left, right] = self
+            .plant
+            .current()
+            .map(|amperes| CURRENT_ZERO + CURRENT_SENSITIVITY * amperes);
+        let battery = self.plant.bus_voltage() / self.battery_divider;
+        self.core
+            .hold(move |held| held.session.board_mut().sense([battery, left, right]))?;
+        let until = nanos(self.now);
+        let Meeting {
+            bytes,
+            backlog,
+            bridges,
+            problem,
+        } = self.core.run(Stretch { until, edges })?;
+        self.received.extend(bytes);
+        self.backlog = backlog;
+        self.bridges = bridges;
+        if let Some(problem) = problem {
+            let seconds = self.now.ticks() as f64 * 1e-6;
+            bail!("the image is not at home on this board at {seconds:.3} s: {problem}");
+        }
+        Ok(())
+    }
+
+    fn advance_plant(&mut self) {
+        let push = if self.now < self.push_until {
+            self.push
+        } else {
+            Push::default()
+        };
+        let command = command(self.bridges);
+        let input = Input { command, push };
+        let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
+        for _ in 0..SUBSTEPS {
+            self.plant.step(dt, &input);
+        }
+    }
+
+    /// The counts that the plant has made since `from`, spread evenly over the period.
+    fn edges(&mut self, from: Instant) -> VecDeque<Edge> {
+        let mut edges = Vec::new();
+        let counts = self.plant.counts();
+        for (side, (before, after)) in self.counts.into_iter().zip(counts).enumerate() {
+            let (step, number) = ((after - before).signum(), before.abs_diff(after));
+            let period = PERIOD.ticks() * 1000;
+            edges.extend((0..number).map(|nth| Edge {
+                at: VirtualNanos(nanos(from).0 + (2 * nth + 1) * period / (2 * number)),
+                side,
+                count: before + step * (nth as i64 + 1),
+            }));
+        }
+        self.counts = counts;
+        edges.sort_by_key(|edge| edge.at);
+        edges.into()
+    }
+}
+
+/// What the drivers make of their pins.
+fn command(bridges: [Bridge; 2]) -> Command {
+    Command::Bridges(bridges.map(|bridge| {
+        if bridge.enabled {
+            BridgeInput::Duty(bridge.duty)
+        } else {
+            BridgeInput::Open
+        }
+    }))
+}
+
+fn nanos(instant: Instant) -> VirtualNanos {
+    VirtualNanos(instant.ticks() * 1000)
+}

@@ -1,0 +1,45 @@
+//! The far end of the serial line: what waits to be sent, and what has come. The port itself paces the bytes.
+
+use rigless::chip::Timeline;
+use rigless::chip::uart::Peer;
+use rigless::snapshot::Store;
+use rigless::time::VirtualNanos;
+use std::collections::VecDeque;
+
+/// A serial line.
+#[derive(Debug, Default)]
+pub struct Line {
+    to_base: VecDeque<u8>,
+    from_base: Vec<u8>,
+}
+
+impl Line {
+    /// Puts bytes on the line; they follow each other without a gap once the receiver is on.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.to_base.extend(bytes);
+    }
+
+    /// Takes the bytes that have come.
+    pub fn receive(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.from_base)
+    }
+
+    /// Bytes that have not begun their way yet.
+    #[must_use]
+    pub fn backlog(&self) -> usize {
+        self.to_base.len()
+    }
+}
+
+/// A run starts from power-on; it is not saved.
+impl Store for Line {}
+
+impl Peer for Line {
+    fn receive(&mut self, word: u16, _context: &mut Timeline<'_, '_>) {
+        self.from_base.push(word as u8);
+    }
+
+    fn transmit(&mut self, _now: VirtualNanos) -> Option<u16> {
+        self.to_base.pop_front().map(u16::from)
+    }
+}

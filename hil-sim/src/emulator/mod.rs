@@ -1,0 +1,13 @@
+//! The shipped image of the firmware, unmodified, on an emulated board that drives the simulated plant.
+
+mod base;
+mod board;
+mod flash;
+mod line;
+mod lockstep;
+mod observer;
+mod part;
+mod strict;
+
+pub use base::ImageBase;
+pub use board::Bridge;

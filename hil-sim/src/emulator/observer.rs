@@ -1,0 +1,74 @@
+//! What is watched while the core runs: resets, and when the motors go off and on.
+
+use super::board::{Bridge, Nucleo};
+use rigless::emulator::{AccessKind, Host, Settled};
+use rigless::session::Session;
+use rigless::time::VirtualNanos;
+
+/// The registers that the drivers of the motors hang on: TIM1 and GPIOE.
+const DRIVE_REGISTERS: [std::ops::Range<u64>; 2] =
+    [0x4001_0000..0x4001_0400, 0x4002_1000..0x4002_1400];
+
+/// Watches a run.
+#[derive(Debug, Default)]
+pub struct Observer {
+    resets: usize,
+    expected_resets: usize,
+    bridges: [Bridge; 2],
+    /// Since when both motors are off.
+    off_since: Option<VirtualNanos>,
+    /// Whether they ever were on.
+    driven: bool,
+}
+
+impl Observer {
+    /// So many resets may have happened so far.
+    pub fn expected_resets(&self) -> usize {
+        self.expected_resets
+    }
+
+    /// One more reset may happen.
+    pub fn expect_reset(&mut self) {
+        self.expected_resets += 1;
+    }
+
+    /// Since when both motors are off, as the drivers see it; None while one is on.
+    pub fn off_since(&self) -> Option<VirtualNanos> {
+        self.off_since
+    }
+
+    /// Whether a motor has ever been on.
+    pub fn was_driven(&self) -> bool {
+        self.driven
+    }
+
+    pub(super) fn settled(
+        &mut self,
+        session: &mut Session<Nucleo>,
+        _host: &mut dyn Host,
+        settled: Settled,
+    ) {
+        let at = match settled {
+            Settled::Access { access, .. } => {
+                let is_drive = |range: &std::ops::Range<u64>| range.contains(&access.address);
+                if access.kind != AccessKind::Write || !DRIVE_REGISTERS.iter().any(is_drive) {
+                    return;
+                }
+                access.virtual_time
+            }
+            Settled::Stop(stop) => {
+                if session.resets().len() == self.resets {
+                    return;
+                }
+                self.resets = session.resets().len();
+                session.board_mut().connect(stop.at);
+                stop.at
+            }
+            _ => return,
+        };
+        self.bridges = session.board_mut().bridges(at);
+        let off = self.bridges.iter().all(Bridge::is_off);
+        self.driven |= !off;
+        self.off_since = off.then(|| self.off_since.unwrap_or(at));
+    }
+}
