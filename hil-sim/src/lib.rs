@@ -1,6 +1,7 @@
 //! A simulated robot base: the real controller and interpreter of `vehicle-controller` on fake peripherals, driven by a plant that is written from
 //! physics and shares no kinematics with them.
 
+pub mod base;
 #[cfg(feature = "emulator")]
 pub mod emulator;
 pub mod peripherals;

@@ -7,6 +7,7 @@ mod trace_file;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
 use console::{Far, Speed};
+use hil_sim::base::Base;
 use hil_sim::plot;
 use hil_sim::replay::{Log, replay};
 use hil_sim::rig::Rig;
@@ -45,10 +46,13 @@ enum Command {
 }
 
 #[derive(Args)]
-struct Base {
+struct Simulated {
     /// A robot's name (see `robots`) or the path of its .toml file
     #[arg(long, default_value = "default")]
     robot: String,
+    /// Run this image of the firmware on an emulated board, in place of the library on this computer
+    #[arg(long, value_name = "F.elf")]
+    image: Option<PathBuf>,
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -60,7 +64,7 @@ struct Base {
 #[derive(Args)]
 struct Drive {
     #[command(flatten)]
-    base: Base,
+    base: Simulated,
     /// How fast simulated time passes: a factor, or `max`
     #[arg(long, default_value = "1", value_name = "X|max")]
     speed: Speed,
@@ -77,7 +81,7 @@ struct Run {
     /// The script
     script: PathBuf,
     #[command(flatten)]
-    base: Base,
+    base: Simulated,
     /// Time between two rows of the trace
     #[arg(long, default_value_t = 0.01, value_name = "S")]
     trace_period: f64,
@@ -154,21 +158,39 @@ fn parse_address(text: &str) -> Result<SocketAddr> {
         .ok_or_else(|| anyhow!("{text} has no address"))
 }
 
-impl Base {
-    fn rig(&self) -> Result<Rig> {
-        Rig::new(&Robot::load(&self.robot)?, self.seed)
+impl Simulated {
+    fn power_up(&self) -> Result<Box<dyn Base>> {
+        let robot = Robot::load(&self.robot)?;
+        Ok(match &self.image {
+            Some(image) => emulated(image, &robot, self.seed)?,
+            None => Box::new(Rig::new(&robot, self.seed)?),
+        })
     }
 }
 
+#[cfg(feature = "emulator")]
+fn emulated(image: &Path, robot: &Robot, seed: u64) -> Result<Box<dyn Base>> {
+    let base = hil_sim::emulator::ImageBase::new(image, robot, seed)?;
+    Ok(Box::new(base))
+}
+
+#[cfg(not(feature = "emulator"))]
+fn emulated(_: &Path, _: &Robot, _: u64) -> Result<Box<dyn Base>> {
+    bail!(
+        "--image needs the emulator, which this hil-sim was built without: \
+         cargo run --release --ignore-rust-version -p hil-sim --features emulator -- …"
+    )
+}
+
 fn drive_command(drive: &Drive) -> Result<()> {
-    let mut rig = drive.base.rig()?;
+    let mut base = drive.base.power_up()?;
     let far = match drive.tcp {
         Some(address) => Far::Tcp(address),
         None if drive.pty => Far::Pty,
         None => Far::Terminal,
     };
     let trace = TraceFile::create(drive.base.trace.as_deref(), false, 0.01)?;
-    console::drive(&mut rig, &far, drive.speed, trace)
+    console::drive(base.as_mut(), &far, drive.speed, trace)
 }
 
 fn run_command(run: &Run) -> Result<()> {
@@ -179,11 +201,11 @@ fn run_command(run: &Run) -> Result<()> {
     if !(run.trace_period > 0.0 && run.trace_period.is_finite()) {
         bail!("--trace-period must be above 0");
     }
-    let mut rig = run.base.rig()?;
+    let mut base = run.base.power_up()?;
     let keep = run.plot.is_some();
     let trace = TraceFile::create(run.base.trace.as_deref(), keep, run.trace_period)?;
     let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-    let trace = run::run(&mut rig, &script, trace, &mut out)?;
+    let trace = run::run(base.as_mut(), &script, trace, &mut out)?;
     if let Some(trace) = trace {
         let rows = trace.into_rows()?;
         if let Some(picture) = &run.plot {

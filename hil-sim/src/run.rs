@@ -2,11 +2,11 @@
 
 use crate::trace_file::TraceFile;
 use anyhow::{Context, Result};
-use hil_sim::rig::{PERIOD, Rig};
+use hil_sim::base::Base;
+use hil_sim::rig::PERIOD;
 use hil_sim::script::{Action, Script};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
-use vehicle_controller::controller::State;
 
 /// Without `!end`, a run ends when the base has rested and said nothing for this long after the last line …
 const QUIET_TICKS: u64 = 1000;
@@ -15,7 +15,7 @@ const PATIENCE_TICKS: u64 = 60_000;
 
 /// Runs the script and writes what the base sends, each line with the time at which its end arrived.
 pub fn run(
-    rig: &mut Rig,
+    base: &mut dyn Base,
     script: &Script,
     mut trace: Option<TraceFile>,
     out: &mut impl Write,
@@ -29,26 +29,26 @@ pub fn run(
     'run: loop {
         while let Some(step) = steps.next_if(|step| ticks(step.time) <= tick) {
             match &step.action {
-                Action::Send(text) => rig.send(format!("{text}\n").as_bytes()),
+                Action::Send(text) => base.send(format!("{text}\n").as_bytes())?,
                 Action::Push {
                     force,
                     torque,
                     seconds,
-                } => rig.push(*force, *torque, *seconds),
+                } => base.push(*force, *torque, *seconds),
                 Action::End => break 'run,
             }
         }
-        rig.tick();
+        base.tick()?;
         tick += 1;
         if let Some(trace) = &mut trace {
-            trace.note(rig)?;
+            trace.note(base)?;
         }
         quiet += 1;
-        for byte in rig.receive() {
+        for byte in base.receive() {
             quiet = 0;
             match byte {
                 b'\n' => {
-                    let seconds = rig.now().ticks() as f64 * 1e-6;
+                    let seconds = base.now().ticks() as f64 * 1e-6;
                     let text = String::from_utf8_lossy(&line);
                     writeln!(out, "{seconds:.3}\t{text}").context("standard output")?;
                     line.clear();
@@ -61,11 +61,7 @@ pub fn run(
             progress.set_position(tick.min(last_tick));
         }
         if steps.peek().is_none() {
-            let snapshot = rig.snapshot();
-            let busy = rig.backlog() > 0
-                || snapshot.translation.state != State::Hold
-                || snapshot.rotation.state != State::Hold;
-            if busy {
+            if base.backlog() > 0 || !base.holds()? {
                 quiet = 0;
             }
             if quiet > QUIET_TICKS || tick > last_tick + PATIENCE_TICKS {

@@ -47,7 +47,7 @@ pub const COLUMNS: [&str; 33] = [
 pub const STATES: [&str; 4] = ["HOLD", "ACCEL", "MOVE", "DECCEL"];
 
 /// One sample of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Time since the start of the run, s.
     pub t: f64,

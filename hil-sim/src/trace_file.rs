@@ -1,7 +1,8 @@
 //! The trace of a run: rows at a fixed period, into a file, into memory for a plot, or both.
 
 use anyhow::{Context, Result};
-use hil_sim::rig::{PERIOD, Rig};
+use hil_sim::base::Base;
+use hil_sim::rig::PERIOD;
 use hil_sim::trace::{Row, Writer};
 use std::fs::File;
 use std::io::BufWriter;
@@ -41,9 +42,9 @@ impl TraceFile {
     }
 
     /// Notes the state after a tick, if it is time to.
-    pub fn note(&mut self, rig: &Rig) -> Result<()> {
+    pub fn note(&mut self, base: &dyn Base) -> Result<()> {
         if self.ticks.is_multiple_of(self.every) {
-            let row = rig.row();
+            let row = base.row()?;
             if let Some(writer) = &mut self.writer {
                 writer.write(&row)?;
                 if (self.ticks / self.every).is_multiple_of(FLUSH_ROWS) {

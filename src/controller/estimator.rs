@@ -60,6 +60,17 @@ impl Compound {
         compound
     }
 
+    /// A motion by what it amounts to: ahead and aside (m) and turned (rad), and its variations.
+    #[must_use]
+    pub fn of([ahead, aside, turned]: [f64; 3], variation: Twist) -> Self {
+        Self {
+            ahead: Sum::from_f64(ahead),
+            aside: Sum::from_f64(aside),
+            turned: Sum::from_f64(turned),
+            variation,
+        }
+    }
+
     fn append(&mut self, increment: Twist, variation: Twist) {
         let half = 0.5 * increment.rotation;
         let chord = increment.translation * sinc(half);
@@ -232,6 +243,16 @@ impl Estimator {
             plays: [Play::default(); 2],
             total: VariationTotal::default(),
             noise,
+        }
+    }
+
+    /// Goes on from an estimate and the motion since: an estimator as its parts were written down elsewhere.
+    #[must_use]
+    pub fn resume(estimate: Estimate, since: Compound, noise: Noise) -> Self {
+        Self {
+            estimate,
+            since,
+            ..Self::new(noise)
         }
     }
 

@@ -28,6 +28,14 @@ impl Sum {
         }
     }
 
+    /// A sum that starts at `value`, to 48 bits.
+    #[must_use]
+    pub fn from_f64(value: f64) -> Self {
+        let high = value as f32;
+        let low = (value - f64::from(high)) as f32;
+        Self { high, low }
+    }
+
     /// Adds a finite term.
     pub fn add(&mut self, term: f32) {
         let high = self.high + term;

@@ -8,14 +8,14 @@ mod tcp;
 
 use crate::trace_file::TraceFile;
 use anyhow::{Context, Result};
-use hil_sim::rig::{PERIOD, Rig};
+use hil_sim::base::Base;
+use hil_sim::rig::PERIOD;
 use std::io::{IsTerminal, Write};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
-use vehicle_controller::controller::State;
 
 /// The far end of the base's serial line.
 pub struct Port {
@@ -62,7 +62,12 @@ impl std::str::FromStr for Speed {
 }
 
 /// Runs until the far end leaves, and the base then rests; or until the process is told to end.
-pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile>) -> Result<()> {
+pub fn drive(
+    base: &mut dyn Base,
+    far: &Far,
+    speed: Speed,
+    mut trace: Option<TraceFile>,
+) -> Result<()> {
     let told_to_end = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&told_to_end);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
@@ -80,17 +85,17 @@ pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile
     let mut flow = Flow::default();
     loop {
         for _ in 0..pace.ticks_due() {
-            rig.tick();
+            base.tick()?;
             if let Some(trace) = &mut trace {
-                trace.note(rig)?;
+                trace.note(base)?;
             }
-            let bytes = rig.receive();
+            let bytes = base.receive();
             if !bytes.is_empty() {
                 leaving.postpone();
                 flow.answered(&bytes);
                 (port.output)(&bytes)?;
             }
-            if leaving.is_over(rig) {
+            if leaving.is_over(base)? {
                 return trace.map_or(Ok(()), TraceFile::finish);
             }
         }
@@ -98,7 +103,7 @@ pub fn drive(rig: &mut Rig, far: &Far, speed: Speed, mut trace: Option<TraceFile
             match port.input.try_recv() {
                 Ok(bytes) => {
                     flow.sent(&bytes);
-                    rig.send(&bytes);
+                    base.send(&bytes)?;
                 }
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
@@ -217,16 +222,12 @@ impl Leaving {
         self.quiet_ticks = 0;
     }
 
-    fn is_over(&mut self, rig: &Rig) -> bool {
-        let snapshot = rig.snapshot();
-        let busy = rig.backlog() > 0
-            || snapshot.translation.state != State::Hold
-            || snapshot.rotation.state != State::Hold;
-        if busy || !self.begun {
+    fn is_over(&mut self, base: &dyn Base) -> Result<bool> {
+        if !self.begun || base.backlog() > 0 || !base.holds()? {
             self.quiet_ticks = 0;
         }
         self.quiet_ticks += 1;
         self.ticks += u32::from(self.begun);
-        self.quiet_ticks > Self::QUIET_TICKS || self.ticks > Self::PATIENCE_TICKS
+        Ok(self.quiet_ticks > Self::QUIET_TICKS || self.ticks > Self::PATIENCE_TICKS)
     }
 }

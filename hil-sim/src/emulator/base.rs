@@ -2,16 +2,20 @@
 
 use super::board::{Bridge, Nucleo};
 use super::flash::Flash;
+use super::knowledge::Knowledge;
 use super::lockstep::{Core, Edge, Meeting, Stretch};
+use crate::base::Base;
 use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
 use crate::robot::{Model, Robot};
+use crate::trace::Row;
 use anyhow::{Result, bail, ensure};
 use rigless::image::Image;
 use rigless::time::VirtualNanos;
 use std::collections::VecDeque;
 use std::path::Path;
+use vehicle_controller::controller::State;
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::{self, Instant};
 
@@ -22,6 +26,8 @@ const LSI_HZ: u64 = 32_000;
 #[derive(Debug)]
 pub struct ImageBase {
     core: Core,
+    knowledge: Knowledge,
+    up: bool,
     plant: Plant,
     battery_divider: f64,
     counts: [i64; 2],
@@ -66,6 +72,7 @@ impl ImageBase {
             "the watchdog's oscillator runs at 17 to 47 kHz, not at {lsi_hz} Hz"
         );
         let image = Image::read(image, None)?;
+        let knowledge = Knowledge::find(image.bytes())?;
         let mut flash = Flash::default();
         for (address, bytes) in image.segments() {
             ensure!(
@@ -79,6 +86,8 @@ impl ImageBase {
         let now = Instant::from_ticks(0);
         Ok(Self {
             core: Core::power_up(board, vec![image])?,
+            knowledge,
+            up: false,
             counts: plant.counts(),
             plant,
             battery_divider: robot.physics.battery.divider,
@@ -91,89 +100,20 @@ impl ImageBase {
         })
     }
 
-    /// Puts bytes on the line to the base; they arrive at 115 200 baud.
-    ///
-    /// # Errors
-    /// If the emulator has given up.
-    pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        let bytes = bytes.to_vec();
-        self.backlog = self.core.hold(move |held| {
-            let line = held.session.board_mut().line();
-            line.map_or(0, |line| {
-                line.send(&bytes);
-                line.backlog()
-            })
-        })?;
-        Ok(())
-    }
-
-    /// Takes what has arrived from the base.
-    pub fn receive(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.received)
-    }
-
-    /// Bytes that have not begun their way to the base yet.
-    pub fn backlog(&self) -> usize {
-        self.backlog
-    }
-
-    /// Pushes the base for some seconds: N along it, N·m about it.
-    pub fn push(&mut self, force: f64, torque: f64, seconds: f64) {
-        self.push = Push { force, torque };
-        self.push_until = time::after(self.now, time::Duration::from_ticks((seconds * 1e6) as u64));
-    }
-
-    /// The simulated time.
-    pub fn now(&self) -> Instant {
-        self.now
-    }
-
-    /// The truth.
-    pub fn plant(&self) -> &Plant {
-        &self.plant
-    }
-
-    /// The truth, to meddle with.
-    pub fn plant_mut(&mut self) -> &mut Plant {
-        &mut self.plant
-    }
-
     /// What the drivers of the motors are told.
     pub fn bridges(&self) -> [Bridge; 2] {
         self.bridges
     }
 
-    /// One millisecond: the plant moves on, and while the encoders turn as it did the board runs.
-    ///
-    /// # Errors
-    /// If the image does something that the emulated board has no answer to.
-    pub fn tick(&mut self) -> Result<()> {
-        let from = self.now;
-        self.advance_plant();
-        self.now = time::after(self.now, PERIOD);
-        let edges = self.edges(from);
-        let [left, right] = self
-            .plant
-            .current()
-            .map(|amperes| CURRENT_ZERO + CURRENT_SENSITIVITY * amperes);
-        let battery = self.plant.bus_voltage() / self.battery_divider;
-        self.core
-            .hold(move |held| held.session.board_mut().sense([battery, left, right]))?;
-        let until = nanos(self.now);
-        let Meeting {
-            bytes,
-            backlog,
-            bridges,
-            problem,
-        } = self.core.run(Stretch { until, edges })?;
-        self.received.extend(bytes);
-        self.backlog = backlog;
-        self.bridges = bridges;
-        if let Some(problem) = problem {
-            let seconds = self.now.ticks() as f64 * 1e-6;
-            bail!("the image is not at home on this board at {seconds:.3} s: {problem}");
+    /// What the controller knows, as bytes; nothing before it has started.
+    fn snapshot(&self) -> Result<Option<Vec<u8>>> {
+        let (address, size) = self.knowledge.place();
+        if !self.up {
+            return Ok(None);
         }
-        Ok(())
+        self.core
+            .hold(move |held| held.read(address, size))?
+            .map(Some)
     }
 
     fn advance_plant(&mut self) {
@@ -206,6 +146,110 @@ impl ImageBase {
         self.counts = counts;
         edges.sort_by_key(|edge| edge.at);
         edges.into()
+    }
+}
+
+impl Base for ImageBase {
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        let bytes = bytes.to_vec();
+        self.backlog = self.core.hold(move |held| {
+            let line = held.session.board_mut().line();
+            line.map_or(0, |line| {
+                line.send(&bytes);
+                line.backlog()
+            })
+        })?;
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.received)
+    }
+
+    /// Bytes that have not begun their way to the base yet.
+    fn backlog(&self) -> usize {
+        self.backlog
+    }
+
+    fn push(&mut self, force: f64, torque: f64, seconds: f64) {
+        self.push = Push { force, torque };
+        self.push_until = time::after(self.now, time::Duration::from_ticks((seconds * 1e6) as u64));
+    }
+
+    fn set_estop(&mut self, open: bool) -> Result<()> {
+        self.core
+            .hold(move |held| held.session.board_mut().set_estop(held.stop.at, open))
+    }
+
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn plant(&self) -> &Plant {
+        &self.plant
+    }
+
+    fn plant_mut(&mut self) -> &mut Plant {
+        &mut self.plant
+    }
+
+    /// One millisecond: the plant moves on, and while the encoders turn as it did the board runs. Fails if the image does something that the emulated
+    /// board has no answer to.
+    fn tick(&mut self) -> Result<()> {
+        let from = self.now;
+        self.advance_plant();
+        self.now = time::after(self.now, PERIOD);
+        let edges = self.edges(from);
+        let [left, right] = self
+            .plant
+            .current()
+            .map(|amperes| CURRENT_ZERO + CURRENT_SENSITIVITY * amperes);
+        let battery = self.plant.bus_voltage() / self.battery_divider;
+        self.core
+            .hold(move |held| held.session.board_mut().sense([battery, left, right]))?;
+        let until = nanos(self.now);
+        let Meeting {
+            bytes,
+            backlog,
+            bridges,
+            problem,
+        } = self.core.run(Stretch { until, edges })?;
+        self.received.extend(bytes);
+        self.up |= !self.received.is_empty();
+        self.backlog = backlog;
+        self.bridges = bridges;
+        if let Some(problem) = problem {
+            let seconds = self.now.ticks() as f64 * 1e-6;
+            bail!("the image is not at home on this board at {seconds:.3} s: {problem}");
+        }
+        Ok(())
+    }
+
+    fn holds(&self) -> Result<bool> {
+        let snapshot = self.snapshot()?;
+        snapshot.map_or(Ok(false), |snapshot| self.knowledge.holds(&snapshot))
+    }
+
+    fn row(&self) -> Result<Row> {
+        let [true_x, true_y, true_theta] = self.plant.pose();
+        let [left_current, right_current] = self.plant.current();
+        let mut row = Row {
+            true_x,
+            true_y,
+            true_theta,
+            left_current,
+            right_current,
+            move_state: State::Hold.name().to_owned(),
+            turn_state: State::Hold.name().to_owned(),
+            fault: "none".to_owned(),
+            ..Row::default()
+        };
+        if let Some(snapshot) = self.snapshot()? {
+            self.knowledge.tell(&snapshot, &mut row)?;
+        }
+        // The image's clock starts anew with every reset.
+        row.t = self.now.ticks() as f64 * 1e-6;
+        Ok(row)
     }
 }
 

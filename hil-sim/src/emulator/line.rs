@@ -9,12 +9,21 @@ use std::collections::VecDeque;
 /// A serial line.
 #[derive(Debug, Default)]
 pub struct Line {
+    /// The base has said something, so it listens.
+    up: bool,
     to_base: VecDeque<u8>,
     from_base: Vec<u8>,
 }
 
 impl Line {
-    /// Puts bytes on the line; they follow each other without a gap once the receiver is on.
+    /// The base has said something since power-on.
+    #[must_use]
+    pub fn is_up(&self) -> bool {
+        self.up
+    }
+
+    /// Puts bytes on the line; they follow each other without a gap. At power-on nothing is sent before the base has said that it is there, as nobody
+    /// can be quick enough to.
     pub fn send(&mut self, bytes: &[u8]) {
         self.to_base.extend(bytes);
     }
@@ -36,10 +45,12 @@ impl Store for Line {}
 
 impl Peer for Line {
     fn receive(&mut self, word: u16, _context: &mut Timeline<'_, '_>) {
+        self.up = true;
         self.from_base.push(word as u8);
     }
 
     fn transmit(&mut self, _now: VirtualNanos) -> Option<u16> {
-        self.to_base.pop_front().map(u16::from)
+        let word = self.up.then(|| self.to_base.pop_front()).flatten();
+        word.map(u16::from)
     }
 }

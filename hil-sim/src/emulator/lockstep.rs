@@ -10,6 +10,7 @@ use anyhow::{Result, anyhow};
 use rigless::emulator::{self, Driver, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session;
+use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -58,6 +59,14 @@ pub struct Held<'a> {
     pub observer: &'a mut Observer,
     /// Where the run stands.
     pub stop: Stop,
+}
+
+impl Held<'_> {
+    /// Bytes of the image's memory.
+    pub fn read(&mut self, address: u64, length: u64) -> Result<Vec<u8>> {
+        let bytes = (address..address + length).map(|at| self.host.read(at, Width::W8));
+        bytes.map(|byte| Ok(byte? as u8)).collect()
+    }
 }
 
 type Job = Box<dyn FnOnce(&mut Held<'_>) + Send>;

@@ -2,8 +2,11 @@
 
 mod base;
 mod board;
+mod debug_info;
 mod flash;
+mod knowledge;
 mod line;
+mod live_watch;
 mod lockstep;
 mod observer;
 mod part;

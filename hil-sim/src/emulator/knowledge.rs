@@ -1,0 +1,163 @@
+//! What the controller in the image knows: the snapshot that its desk keeps, found and read by the image's own debug information.
+
+use super::debug_info::DebugInfo;
+use super::live_watch::{self, Found, View};
+use crate::trace::Row;
+use anyhow::{Context, Result, bail};
+use vehicle_controller::controller::State;
+use vehicle_controller::controller::estimator::{Compound, Estimate, Estimator, Noise, Pose};
+use vehicle_controller::supervisor::Fault;
+use vehicle_controller::vehicle::Twist;
+
+/// The type of the static in which idle keeps its copy of the controller's snapshot; others are on their way through a queue or a mailbox.
+const DESK: &str = "vehicle_controller::controller::interface::Interface";
+
+/// Where an image keeps what its controller knows.
+#[derive(Debug)]
+pub(super) struct Knowledge {
+    info: DebugInfo,
+    found: Found,
+}
+
+impl Knowledge {
+    /// Finds the snapshot in an image.
+    pub(super) fn find(elf: &[u8]) -> Result<Self> {
+        let info = DebugInfo::load(elf)?;
+        let desks = live_watch::find(&info, DESK)?;
+        let [desk] = desks.as_slice() else {
+            let paths: Vec<_> = desks.iter().map(|found| found.path.as_str()).collect();
+            bail!(
+                "one static of the image should hold a {DESK}, and {} do ({}): an image needs its debug information",
+                paths.len(),
+                paths.join(", ")
+            );
+        };
+        let found = desk.member(&info, "snapshot")?;
+        Ok(Self { info, found })
+    }
+
+    /// Where it is, and how long.
+    pub(super) fn place(&self) -> (u64, u64) {
+        (self.found.address, self.found.size)
+    }
+
+    /// Both axes are in the state Hold, by the bytes of the snapshot.
+    pub(super) fn holds(&self, bytes: &[u8]) -> Result<bool> {
+        let snapshot = self.view(bytes);
+        let state = |axis: &str| state(&snapshot.member(axis)?);
+        Ok(state("translation.state")? == State::Hold && state("rotation.state")? == State::Hold)
+    }
+
+    fn view<'a>(&'a self, bytes: &'a [u8]) -> View<'a> {
+        View::new(&self.info, self.found.id, bytes)
+    }
+
+    /// Fills in what a controller knows, by the bytes of its snapshot.
+    pub(super) fn tell(&self, bytes: &[u8], row: &mut Row) -> Result<()> {
+        let snapshot = self.view(bytes);
+        self.fill(&snapshot, row)
+            .with_context(|| format!("the image's {}", self.found.path))
+    }
+
+    fn fill(&self, snapshot: &View<'_>, row: &mut Row) -> Result<()> {
+        row.t = snapshot.member("time.ticks")?.number()? * 1e-6;
+        let estimate = estimator(&snapshot.member("estimator")?)?.present();
+        let c = &estimate.covariance;
+        (row.est_x, row.est_y, row.est_theta) =
+            (estimate.pose.x, estimate.pose.y, estimate.pose.theta);
+        (row.cxx, row.cxy, row.cxt) = (c.m11, c.m12, c.m13);
+        (row.cyy, row.cyt, row.ctt) = (c.m22, c.m23, c.m33);
+        let axis = |name: &str| -> Result<[f64; 4]> {
+            let axis = snapshot.member(name)?;
+            let displacement = axis.member("displacement")?.number()?;
+            Ok([
+                displacement,
+                displacement + axis.member("error")?.number()?,
+                axis.member("speed")?.number()?,
+                axis.member("reference_speed")?.number()?,
+            ])
+        };
+        [row.s, row.s_ref, row.v_s, row.v_s_ref] = axis("translation")?;
+        [row.alpha, row.alpha_ref, row.v_alpha, row.v_alpha_ref] = axis("rotation")?;
+        let named = |name: &str| Ok::<_, anyhow::Error>(state(&snapshot.member(name)?)?.name());
+        named("translation.state")?.clone_into(&mut row.move_state);
+        named("rotation.state")?.clone_into(&mut row.turn_state);
+        let wheels = snapshot.member("wheels")?;
+        let [left, right] = [wheels.element(0)?, wheels.element(1)?];
+        row.left_count = left.member("count")?.integer()?;
+        row.right_count = right.member("count")?.integer()?;
+        row.left_speed = left.member("speed")?.number()?;
+        row.right_speed = right.member("speed")?.number()?;
+        row.left_duty = left.member("duty")?.number()?;
+        row.right_duty = right.member("duty")?.number()?;
+        row.battery = snapshot.member("supply")?.number()?;
+        fault(&snapshot.member("fault")?)?.clone_into(&mut row.fault);
+        Ok(())
+    }
+}
+
+fn state(view: &View<'_>) -> Result<State> {
+    Ok(match view.name()? {
+        "Hold" => State::Hold,
+        "Accel" => State::Accel,
+        "Move" => State::Move,
+        "Deccel" => State::Deccel,
+        other => bail!("an axis is in a state `{other}` that this simulator does not know"),
+    })
+}
+
+/// The protocol's name of the fault.
+fn fault(view: &View<'_>) -> Result<&'static str> {
+    let Some(fault) = view.option()? else {
+        return Ok("none");
+    };
+    let name = fault.name()?;
+    let known = [Fault::Estop, Fault::Output, Fault::Watchdog];
+    let same = known.into_iter().find(|known| format!("{known:?}") == name);
+    match same {
+        Some(fault) => Ok(fault.name()),
+        None => bail!("a fault `{name}` that this simulator does not know"),
+    }
+}
+
+/// The estimator, put together again so that the library's own propagation gives the present estimate.
+fn estimator(view: &View<'_>) -> Result<Estimator> {
+    let number = |path: &str| view.member(path)?.number();
+    let float = |path: &str| view.member(path)?.float();
+    let sum = |path: &str| {
+        Ok::<_, anyhow::Error>(number(&format!("{path}.high"))? + number(&format!("{path}.low"))?)
+    };
+    let twist = |path: &str| {
+        Ok::<_, anyhow::Error>(Twist {
+            translation: float(&format!("{path}.translation"))?,
+            rotation: float(&format!("{path}.rotation"))?,
+        })
+    };
+    let mut estimate = Estimate::certain(Pose {
+        x: number("estimate.pose.x")?,
+        y: number("estimate.pose.y")?,
+        theta: number("estimate.pose.theta")?,
+    });
+    // Columns of rows.
+    let columns = view.member("estimate.covariance.data.__0")?;
+    for column in 0..3 {
+        for row in 0..3 {
+            let element = columns.element(column)?.element(row)?.number()?;
+            estimate.covariance[(row as usize, column as usize)] = element;
+        }
+    }
+    let since = Compound::of(
+        [
+            sum("since.ahead")?,
+            sum("since.aside")?,
+            sum("since.turned")?,
+        ],
+        twist("since.variation")?,
+    );
+    let noise = Noise {
+        translation: float("noise.translation")?,
+        drift: float("noise.drift")?,
+        rotation: float("noise.rotation")?,
+    };
+    Ok(Estimator::resume(estimate, since, noise))
+}
