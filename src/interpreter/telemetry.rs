@@ -7,7 +7,6 @@ use super::text::Text;
 use crate::controller::Snapshot;
 use crate::params::DEGREES;
 use crate::time::{self, Duration, Instant};
-use heapless::Vec;
 
 /// At most so many fields in a line. Of the widest some may not fit: then the line ends with the last that does.
 const MAX_FIELDS: usize = 16;
@@ -76,12 +75,10 @@ impl Fields {
         Ok(())
     }
 
-    fn list(&self) -> Vec<Field, MAX_FIELDS> {
-        if self.count == 0 {
-            DEFAULT.into_iter().collect()
-        } else {
-            self.fields.iter().flatten().copied().collect()
-        }
+    fn list(&self) -> impl Iterator<Item = Field> {
+        let defaults: &[Field] = if self.count == 0 { &DEFAULT } else { &[] };
+        let given = self.fields.iter().flatten();
+        defaults.iter().chain(given).copied()
     }
 }
 
