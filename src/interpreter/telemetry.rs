@@ -176,12 +176,12 @@ impl Stream {
                 Field::TurnSpeed => degrees(text, f64::from(rotation.speed)),
                 Field::TurnSpeedRef => degrees(text, f64::from(rotation.reference_speed)),
                 Field::S => {
-                    text.fixed(translation.displacement, 6);
+                    text.fixed(translation.displacement.to_f64(), 6);
                 }
                 Field::SRef => {
                     text.fixed(translation.reference(), 6);
                 }
-                Field::Alpha => degrees(text, rotation.displacement),
+                Field::Alpha => degrees(text, rotation.displacement.to_f64()),
                 Field::AlphaRef => degrees(text, rotation.reference()),
                 Field::MoveState => {
                     text.word(translation.state.name());
