@@ -57,7 +57,7 @@ fn assert_finite(rig: &Rig, after: &[u8]) {
     let estimate = rig.estimate();
     let pose = [estimate.pose.x, estimate.pose.y, estimate.pose.theta];
     let axes = [snapshot.translation, snapshot.rotation].map(|axis| {
-        [axis.displacement].into_iter().chain(
+        [axis.displacement.to_f64()].into_iter().chain(
             [
                 axis.error,
                 axis.speed,

@@ -194,7 +194,7 @@ fn records(commands: &[&str]) -> Vec<[[f64; 3]; 2]> {
             let snapshot = bench.rig.snapshot();
             [&snapshot.translation, &snapshot.rotation].map(|axis| {
                 [
-                    axis.displacement,
+                    axis.displacement.to_f64(),
                     axis.reference(),
                     f64::from(axis.reference_speed),
                 ]

@@ -1,7 +1,7 @@
 //! The axis machine: one of the two copies that command translation and rotation [C §3, §4].
 
 use super::profile::{Phase, Profile};
-use crate::math::{Sum, limit};
+use crate::math::{Sum, larger, limit};
 
 /// State of an axis [C figure 4].
 ///
@@ -222,14 +222,14 @@ impl Axis {
     /// The part of a reference step that keeps the error within its bound; the rest is taken back.
     fn wait_for_vehicle(&mut self, config: &AxisConfig, step: f32, speed: f32) -> f32 {
         let direction = step.signum();
-        let room = (config.max_error - self.error * direction).max(0.0);
+        let room = larger(config.max_error - self.error * direction, 0.0);
         let wanted = step * direction;
         if wanted <= room {
             return step;
         }
         let taken = room * direction;
         self.profile
-            .wait(step - taken, (speed * direction).max(0.0));
+            .wait(step - taken, larger(speed * direction, 0.0));
         taken
     }
 
@@ -268,9 +268,9 @@ impl Axis {
         if self.state == State::Hold {
             velocity
         } else {
-            let pace = self.profile.pace().max(reference.abs());
+            let pace = larger(self.profile.pace(), reference.abs());
             let creep = CREEP * config.gain * config.max_error;
-            limit(velocity, (OVERSPEED * pace).max(creep))
+            limit(velocity, larger(OVERSPEED * pace, creep))
         }
     }
 
@@ -294,8 +294,8 @@ impl Axis {
 
     /// S, m or rad.
     #[must_use]
-    pub fn displacement(&self) -> f64 {
-        self.moved.to_f64()
+    pub fn displacement(&self) -> Sum {
+        self.moved
     }
 
     /// s_ref − S at this cycle's instant, m or rad.

@@ -30,7 +30,7 @@ pub use sensing::{Inputs, Sensing};
 pub use snapshot::{AxisSnapshot, Snapshot};
 
 use crate::supervisor::Fault;
-use crate::time::Instant;
+use crate::time::{self, Instant};
 use crate::vehicle::{Motion, Twist, VirtualVehicle};
 use axis::AxisEvent;
 use clock::Clock;
@@ -64,6 +64,8 @@ pub struct Controller<V: VirtualVehicle> {
     vehicle: V,
     config: Config<V::Config>,
     clock: Clock,
+    /// The nominal period, s.
+    period: f32,
     estimator: Estimator,
     translation: Axis,
     rotation: Axis,
@@ -104,6 +106,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             vehicle,
             config,
             clock: Clock::new(config.period),
+            period: time::seconds(config.period),
             estimator: Estimator::new(config.noise),
             translation: Axis::default(),
             rotation: Axis::default(),
@@ -152,7 +155,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         let elapsed = self.clock.tick(now);
         self.time = now;
         self.readings
-            .update(&self.config.sensing, inputs, self.period());
+            .update(&self.config.sensing, inputs, self.period);
 
         self.motion = self.vehicle.sense(elapsed.seconds);
         let increment = self.motion.increment;
@@ -267,6 +270,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 if config.period != self.config.period {
                     self.clock = Clock::new(config.period);
                 }
+                self.period = time::seconds(config.period);
                 self.vehicle.configure(&config.vehicle);
                 self.config = config;
             }
@@ -345,7 +349,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     }
 
     fn advance(&mut self, steps: u32, events: &mut Events) {
-        let period = self.period();
+        let period = self.period;
         let wanted = Twist {
             translation: self.translation.wanted_speed(),
             rotation: self.rotation.wanted_speed(),
@@ -417,7 +421,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
 
     fn drive(&mut self) -> Result<(), crate::vehicle::OutputError> {
         let config = &self.config;
-        let period = self.period();
+        let period = self.period;
         let speed = Twist {
             translation: self.translation.velocity(&config.translation, period),
             rotation: self.rotation.velocity(&config.rotation, period),
@@ -428,10 +432,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         };
         let supply = self.readings.usable_supply(&self.config.sensing);
         self.vehicle.drive(speed, acceleration, supply, period)
-    }
-
-    fn period(&self) -> f32 {
-        crate::time::seconds(self.config.period)
     }
 }
 

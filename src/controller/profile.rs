@@ -1,6 +1,6 @@
 //! The reference of one axis: a discrete trapezoid that lands exactly (theory section 7).
 
-use crate::math::{Sum, limit, sqrt};
+use crate::math::{Sum, larger, limit, smaller, sqrt};
 
 /// Where the reference is going.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +117,7 @@ impl Profile {
                 let distance = remaining.get();
                 // Up and down again at a: v² = a r + u²/2. The product may be infinite.
                 let peak = sqrt(self.acceleration * distance.abs() + 0.5 * speed * speed);
-                distance.signum() * peak.min(self.max_speed)
+                distance.signum() * smaller(peak, self.max_speed)
             }
         };
         if speed.abs() > wanted.abs() {
@@ -217,7 +217,7 @@ impl Profile {
     /// What to strive for: v, or v_b where it is less.
     fn approach(&self, remaining: Sum, u: f32, rest: f32, period: f32, max_speed: f32) -> Next {
         let change = self.acceleration * period;
-        let next = (u + change).min(max_speed);
+        let next = smaller(u + change, max_speed);
         // Far from the target nothing brakes. The comparison also holds r too large for a square.
         if rest >= next * (0.5 * next / self.acceleration + period) {
             return Next::To(max_speed);
@@ -226,7 +226,7 @@ impl Profile {
             return Next::To(0.0);
         }
         let cycles = 0.5 * (sqrt(1.0 + 8.0 * rest / (change * period)) - 1.0);
-        let n = f64::from(libm::ceilf(cycles).max(1.0));
+        let n = f64::from(larger(libm::ceilf(cycles), 1.0));
         // Braking uses all of a: a speed that is too high by an f32's rounding stays so to the end, and lands micrometres beyond.
         let speed = self.speed.to_f64().abs() * f64::from(u.signum());
         let (period, change) = (f64::from(period), f64::from(change));
@@ -242,7 +242,7 @@ impl Profile {
             remaining.add(untravelled);
         }
         let speed = self.speed.get();
-        self.speed = Sum::new(speed.signum() * speed.abs().min(u));
+        self.speed = Sum::new(speed.signum() * smaller(speed.abs(), u));
     }
 }
 

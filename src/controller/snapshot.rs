@@ -1,6 +1,7 @@
 //! What is known after a tick.
 
 use super::{Estimator, State};
+use crate::math::Sum;
 use crate::supervisor::Fault;
 use crate::time::Instant;
 use crate::vehicle::Wheel;
@@ -11,7 +12,7 @@ pub struct AxisSnapshot {
     /// State of the axis machine.
     pub state: State,
     /// Displacement since the last command, S or α.
-    pub displacement: f64,
+    pub displacement: Sum,
     /// Reference minus displacement.
     pub error: f32,
     /// Measured speed.
@@ -55,7 +56,7 @@ impl AxisSnapshot {
     /// s_ref or α_ref, counted as the displacement is.
     #[must_use]
     pub fn reference(&self) -> f64 {
-        self.displacement + f64::from(self.error)
+        self.displacement.to_f64() + f64::from(self.error)
     }
 }
 

@@ -56,10 +56,10 @@ pub fn state(text: &mut Text, snapshot: &Snapshot) {
     let (translation, rotation) = (&snapshot.translation, &snapshot.rotation);
     text.str("State")
         .fixed(seconds(snapshot), 6)
-        .fixed(translation.displacement, 6)
+        .fixed(translation.displacement.to_f64(), 6)
         .fixed(f64::from(translation.speed), 6)
         .fixed(f64::from(translation.acceleration), 6)
-        .fixed(rotation.displacement * DEGREES, 5)
+        .fixed(rotation.displacement.to_f64() * DEGREES, 5)
         .fixed(f64::from(rotation.speed) * DEGREES, 5)
         .fixed(f64::from(rotation.acceleration) * DEGREES, 5);
 }

@@ -7,7 +7,6 @@ use super::text::Text;
 use crate::controller::Snapshot;
 use crate::params::DEGREES;
 use crate::time::{self, Duration, Instant};
-use heapless::Vec;
 
 /// At most so many fields in a line. Of the widest some may not fit: then the line ends with the last that does.
 const MAX_FIELDS: usize = 16;
@@ -76,12 +75,10 @@ impl Fields {
         Ok(())
     }
 
-    fn list(&self) -> Vec<Field, MAX_FIELDS> {
-        if self.count == 0 {
-            DEFAULT.into_iter().collect()
-        } else {
-            self.fields.iter().flatten().copied().collect()
-        }
+    fn list(&self) -> impl Iterator<Item = Field> {
+        let defaults: &[Field] = if self.count == 0 { &DEFAULT } else { &[] };
+        let given = self.fields.iter().flatten();
+        defaults.iter().chain(given).copied()
     }
 }
 
@@ -179,12 +176,12 @@ impl Stream {
                 Field::TurnSpeed => degrees(text, f64::from(rotation.speed)),
                 Field::TurnSpeedRef => degrees(text, f64::from(rotation.reference_speed)),
                 Field::S => {
-                    text.fixed(translation.displacement, 6);
+                    text.fixed(translation.displacement.to_f64(), 6);
                 }
                 Field::SRef => {
                     text.fixed(translation.reference(), 6);
                 }
-                Field::Alpha => degrees(text, rotation.displacement),
+                Field::Alpha => degrees(text, rotation.displacement.to_f64()),
                 Field::AlphaRef => degrees(text, rotation.reference()),
                 Field::MoveState => {
                     text.word(translation.state.name());

@@ -26,11 +26,28 @@ pub fn sqrt(x: f32) -> f32 {
 /// `x` limited to `-limit ..= limit`; a NaN becomes 0. (`f32::clamp` would panic on a NaN limit.)
 #[must_use]
 pub fn limit(x: f32, limit: f32) -> f32 {
-    if x.is_nan() {
+    // Comparisons: `min` and `max` are function calls on the target.
+    if x > limit {
+        limit
+    } else if x < -limit {
+        -limit
+    } else if x.is_nan() {
         0.0
     } else {
-        x.min(limit).max(-limit)
+        x
     }
+}
+
+/// The smaller one; `b` if one is NaN. (`f32::min` is a function call on the target.)
+#[must_use]
+pub fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The larger one; `b` if one is NaN. (`f32::max` is a function call on the target.)
+#[must_use]
+pub fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 /// Wraps an angle in radians to (−π, π].

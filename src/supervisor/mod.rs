@@ -1,5 +1,9 @@
 //! Beside the middle layer: what may take motion away.
 
+mod heartbeat;
+
+pub use heartbeat::Heartbeat;
+
 /// A latched fault: motors are off and motion is refused until it is cleared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

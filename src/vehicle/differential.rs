@@ -4,7 +4,7 @@ use super::{
     Counter, Drive, Encoder, Gains, Motion, Observer, OutputError, Twist, VirtualVehicle, Wheel,
     WheelCommand, servo,
 };
-use crate::math::Split;
+use crate::math::{Split, larger, smaller};
 use embedded_hal_02::Qei;
 
 /// The geometry: wheel base and what one count is worth, in metres.
@@ -23,16 +23,53 @@ impl Geometry {
     /// v_left = v_s − v_α w/2, v_right = v_s + v_α w/2 (theory section 1).
     #[must_use]
     pub fn wheel_speeds(&self, twist: Twist) -> [f32; 2] {
-        let sideways = twist.rotation * (0.5 * self.wheel_base) as f32;
-        [twist.translation - sideways, twist.translation + sideways]
+        Active::new(self).wheel_speeds(twist)
     }
 
     /// The inverse of [`Self::wheel_speeds`].
     #[must_use]
-    pub fn twist(&self, [left, right]: [f32; 2]) -> Twist {
+    pub fn twist(&self, speeds: [f32; 2]) -> Twist {
+        Active::new(self).twist(speeds)
+    }
+}
+
+/// The geometry in f32: what the tick needs of it, worked out once.
+#[derive(Clone, Copy, Debug, Default)]
+struct Active {
+    half_base: f32,
+    /// 1/w.
+    curvature: f32,
+    per_count: [f32; 2],
+    resolution: Twist,
+}
+
+impl Active {
+    fn new(geometry: &Geometry) -> Self {
+        let coarser = if geometry.left > geometry.right {
+            geometry.left
+        } else {
+            geometry.right
+        };
+        Self {
+            half_base: (0.5 * geometry.wheel_base) as f32,
+            curvature: (1.0 / geometry.wheel_base) as f32,
+            per_count: [geometry.left as f32, geometry.right as f32],
+            resolution: Twist {
+                translation: coarser as f32,
+                rotation: (coarser / geometry.wheel_base) as f32,
+            },
+        }
+    }
+
+    fn wheel_speeds(&self, twist: Twist) -> [f32; 2] {
+        let sideways = twist.rotation * self.half_base;
+        [twist.translation - sideways, twist.translation + sideways]
+    }
+
+    fn twist(&self, [left, right]: [f32; 2]) -> Twist {
         Twist {
             translation: 0.5 * (right + left),
-            rotation: (right - left) / self.wheel_base as f32,
+            rotation: (right - left) * self.curvature,
         }
     }
 }
@@ -101,6 +138,7 @@ where
     left_drive: DL,
     right_drive: DR,
     config: Config,
+    active: Active,
     translation: Odometer,
     rotation: Odometer,
     observers: [Observer; 2],
@@ -125,6 +163,7 @@ where
             left_drive,
             right_drive,
             config: *config,
+            active: Active::new(&config.geometry),
             translation: Odometer::default(),
             rotation: Odometer::default(),
             observers: [Observer::default(); 2],
@@ -153,6 +192,7 @@ where
             right,
         } = config.geometry;
         self.config = *config;
+        self.active = Active::new(&config.geometry);
         // ΔS = (ΔS_right + ΔS_left)/2      Δα = (ΔS_right − ΔS_left)/w
         self.translation = Odometer::new(0.5 * left, 0.5 * right);
         self.rotation = Odometer::new(left / wheel_base, right / wheel_base);
@@ -164,18 +204,14 @@ where
     }
 
     fn resolution(&self) -> Twist {
-        let count = self.config.geometry.left.max(self.config.geometry.right);
-        Twist {
-            translation: count as f32,
-            rotation: (count / self.config.geometry.wheel_base) as f32,
-        }
+        self.active.resolution
     }
 
     fn sense(&mut self, dt: f32) -> Motion {
         let counts = [self.left.read(), self.right.read()];
         let metres = [
-            counts[0] as f32 * self.config.geometry.left as f32,
-            counts[1] as f32 * self.config.geometry.right as f32,
+            counts[0] as f32 * self.active.per_count[0],
+            counts[1] as f32 * self.active.per_count[1],
         ];
         if dt > 0.0 {
             if dt != self.gains_dt {
@@ -190,29 +226,29 @@ where
                 observer.update_at_once(moved);
             }
         }
-        let geometry = &self.config.geometry;
+        let active = &self.active;
         Motion {
             increment: Twist {
                 translation: self.translation.advance(counts[0], counts[1]),
                 rotation: self.rotation.advance(counts[0].saturating_neg(), counts[1]),
             },
-            speed: geometry.twist(self.observers.map(|o| o.speed())),
-            acceleration: geometry.twist(self.observers.map(|o| o.acceleration())),
+            speed: active.twist(self.observers.map(|o| o.speed())),
+            acceleration: active.twist(self.observers.map(|o| o.acceleration())),
         }
     }
 
     fn share(&self, wanted: Twist, supply: f32) -> f32 {
-        let [left, right] = self.config.geometry.wheel_speeds(wanted);
-        let fastest = left.abs().max(right.abs());
+        let [left, right] = self.active.wheel_speeds(wanted);
+        let fastest = larger(left.abs(), right.abs());
         let limit = self
             .config
             .servo
             .iter()
             .map(|servo| servo.top_speed(supply))
-            .fold(self.config.max_wheel_speed, f32::min);
+            .fold(self.config.max_wheel_speed, smaller);
         let reachable = HEADROOM * limit;
         if fastest > reachable {
-            (reachable / fastest).max(SMALLEST_SHARE)
+            larger(reachable / fastest, SMALLEST_SHARE)
         } else {
             1.0
         }
@@ -229,10 +265,10 @@ where
         supply: f32,
         dt: f32,
     ) -> Result<(), OutputError> {
-        let speeds = self.config.geometry.wheel_speeds(speed);
-        let accelerations = self.config.geometry.wheel_speeds(acceleration);
+        let speeds = self.active.wheel_speeds(speed);
+        let accelerations = self.active.wheel_speeds(acceleration);
         // A common factor keeps the curvature v_α / v_s.
-        let fastest = speeds[0].abs().max(speeds[1].abs());
+        let fastest = larger(speeds[0].abs(), speeds[1].abs());
         let scale = if fastest > self.config.max_wheel_speed {
             self.config.max_wheel_speed / fastest
         } else {

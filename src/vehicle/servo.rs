@@ -1,7 +1,7 @@
 //! Wheel servo: feed-forward plus PI, out through a PWM channel, a direction pin and the driver's enable pin.
 
 use super::{Drive, OutputError, WheelCommand};
-use crate::math::limit;
+use crate::math::{larger, limit};
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal::pwm::SetDutyCycle;
@@ -33,7 +33,10 @@ impl Config {
     #[must_use]
     pub fn top_speed(&self, supply: f32) -> f32 {
         if self.speed_gain > 0.0 {
-            ((supply * self.max_duty - self.static_friction) / self.speed_gain).max(0.0)
+            larger(
+                (supply * self.max_duty - self.static_friction) / self.speed_gain,
+                0.0,
+            )
         } else {
             f32::INFINITY
         }
@@ -88,7 +91,7 @@ impl Regulator {
         let proportional = config.proportional * error;
         let wanted = feed_forward + proportional + self.integral;
         let saturated = wanted.abs() > available && wanted * error > 0.0;
-        let plausible = error.abs() < LEARNING_FLOOR.max(LEARNING_SHARE * command.speed.abs());
+        let plausible = error.abs() < larger(LEARNING_SHARE * command.speed.abs(), LEARNING_FLOOR);
         if plausible && !saturated {
             self.integral = limit(
                 self.integral + config.integral * error * dt,
@@ -186,7 +189,7 @@ impl<P: SetDutyCycle, D: OutputPin, E: OutputPin> Drive for Servo<P, D, E> {
         let available = supply * self.config.max_duty;
         let voltage = self.regulator.update(&self.config, command, available, dt);
         self.load += (voltage - self.load) * dt / (LOAD_FILTER + dt);
-        let slight = (LOAD * self.config.static_friction).max(SLIGHT_DUTY * supply);
+        let slight = larger(LOAD * self.config.static_friction, SLIGHT_DUTY * supply);
         self.holds_load = self.load.abs() > slight;
         let duty = limit(voltage / supply, self.config.max_duty);
         self.output(duty)?;

@@ -69,7 +69,7 @@ impl Knowledge {
         (row.cyy, row.cyt, row.ctt) = (c.m22, c.m23, c.m33);
         let axis = |name: &str| -> Result<[f64; 4]> {
             let axis = snapshot.member(name)?;
-            let displacement = axis.member("displacement")?.number()?;
+            let displacement = axis.member("displacement")?.real()?;
             Ok([
                 displacement,
                 displacement + axis.member("error")?.number()?,
@@ -122,11 +122,8 @@ fn fault(view: &View<'_>) -> Result<&'static str> {
 
 /// The estimator, put together again so that the library's own propagation gives the present estimate.
 fn estimator(view: &View<'_>) -> Result<Estimator> {
-    let number = |path: &str| view.member(path)?.number();
+    let number = |path: &str| view.member(path)?.real();
     let float = |path: &str| view.member(path)?.float();
-    let sum = |path: &str| {
-        Ok::<_, anyhow::Error>(number(&format!("{path}.high"))? + number(&format!("{path}.low"))?)
-    };
     let twist = |path: &str| {
         Ok::<_, anyhow::Error>(Twist {
             translation: float(&format!("{path}.translation"))?,
@@ -148,9 +145,9 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
     }
     let since = Compound::of(
         [
-            sum("since.ahead")?,
-            sum("since.aside")?,
-            sum("since.turned")?,
+            number("since.ahead")?,
+            number("since.aside")?,
+            number("since.turned")?,
         ],
         twist("since.variation")?,
     );

@@ -160,6 +160,14 @@ impl<'a> View<'a> {
         })
     }
 
+    /// A number, or the sum of the library's two-part sums.
+    pub(super) fn real(&self) -> Result<f64> {
+        match self.kind()?.shape {
+            Shape::Number(_) => self.number(),
+            _ => Ok(self.member("high")?.number()? + self.member("low")?.number()?),
+        }
+    }
+
     /// A number as an f32; it should be one.
     pub(super) fn float(&self) -> Result<f32> {
         Ok(self.number()? as f32)

@@ -1,0 +1,243 @@
+//! The firmware: the library's three layers on a board, at three priorities. Nothing waits for anybody.
+//!
+//! ```text
+//!     control   TIM5, 1 kHz, highest   the tick: sensors in, motors out
+//!        ▲ requests   │ events, snapshots          (mailboxes and single-producer, single-consumer queues)
+//!     idle                             the interpreter, parameters, LEDs, log
+//!        ▲ bytes                                   (another one)
+//!     receive   USART3                 one byte
+//! ```
+//!
+//! No critical section is entered after the start, so nothing ever delays the tick. No path from idle or an interrupt leads to a panic
+//! (`cargo xtask panics` proves it on the linked image).
+
+#![no_std]
+#![no_main]
+
+mod board;
+mod mailbox;
+
+#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
+mod app {
+    use crate::board::ResetCause;
+    use crate::board::nucleo_f429zi::{self as board, Board};
+    use crate::mailbox::{self, Mailbox};
+    use core::sync::atomic::{AtomicBool, Ordering};
+    use heapless::spsc::{Consumer, Producer, Queue};
+    use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
+    use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
+    use vehicle_controller::params::{Id, Params};
+    use vehicle_controller::supervisor::{Fault, Heartbeat};
+    use vehicle_controller::time::{Duration, Instant};
+    use vehicle_controller::vehicle::{DifferentialDrive, differential};
+
+    /// The period of the control loop.
+    const PERIOD: Duration = Duration::millis(1);
+    /// Idle may be busy with one thing for so many ticks; then it is taken for dead, and the watchdog is left to starve.
+    const IDLE_DEADLINE: u32 = 15;
+    /// The watchdog's time-out, nominally. Its oscillator is 17 to 47 kHz for a nominal 32: this is 8 to 23 ms.
+    const WATCHDOG: Duration = Duration::millis(12);
+    /// A byte that no line may have: stands for one that was lost, so that no line is taken for another.
+    const LOST: u8 = 0xFF;
+
+    type Config = differential::Config;
+
+    #[shared]
+    struct Shared {
+        /// Idle has come around since the last tick.
+        idle_alive: AtomicBool,
+    }
+
+    #[local]
+    struct Local {
+        // The tick's.
+        controller: Controller<board::Vehicle>,
+        sensors: board::Sensors,
+        timer: board::Ticker,
+        clock: board::Clock,
+        watchdog: board::Watchdog,
+        heartbeat: Heartbeat,
+        requests: mailbox::Receiver<'static, Request<Config>>,
+        events: Producer<'static, Event>,
+        snapshots: mailbox::Sender<'static, Snapshot>,
+        // The receiver's.
+        receiver: board::Receiver,
+        received: Producer<'static, u8>,
+        byte_lost: bool,
+        // Idle's.
+        desk: Desk,
+        interpreter: Interpreter,
+        transmitter: board::Transmitter,
+        leds: board::Leds,
+        logged: Logged,
+        to_controller: mailbox::Sender<'static, Request<Config>>,
+        from_controller: Consumer<'static, Event>,
+        known: mailbox::Receiver<'static, Snapshot>,
+        bytes: Consumer<'static, u8>,
+    }
+
+    /// What the log has told already.
+    pub struct Logged {
+        params: Params,
+    }
+
+    #[init(local = [
+        request_mailbox: Mailbox<Request<Config>> = Mailbox::new(),
+        event_queue: Queue<Event, 16> = Queue::new(),
+        snapshot_mailbox: Mailbox<Snapshot> = Mailbox::new(),
+        byte_queue: Queue<u8, 512> = Queue::new(),
+    ])]
+    fn init(ctx: init::Context) -> (Shared, Local) {
+        let params = Params::default();
+        let config = params.build(PERIOD);
+        let board = match Board::start(ctx.core, ctx.device, WATCHDOG, &config.vehicle) {
+            Ok(board) => board,
+            Err(message) => {
+                defmt::error!("{=str}", message);
+                board::halt()
+            }
+        };
+        let reset_cause = board.reset_cause.name();
+        defmt::info!(
+            "vehicle-controller {=str}, {=str}",
+            env!("CARGO_PKG_VERSION"),
+            reset_cause
+        );
+        let fault = (board.reset_cause == ResetCause::Watchdog).then_some(Fault::Watchdog);
+        let vehicle = DifferentialDrive::new(
+            board.left_encoder,
+            board.right_encoder,
+            board.left_motor,
+            board.right_motor,
+            &config.vehicle,
+        );
+        let controller = Controller::new(vehicle, config, fault);
+        let identity = Identity {
+            target: "nucleo-f429zi",
+            reset_cause,
+            period: PERIOD,
+        };
+        let (to_controller, requests) = ctx.local.request_mailbox.split();
+        let (events, from_controller) = ctx.local.event_queue.split();
+        let (snapshots, known) = ctx.local.snapshot_mailbox.split();
+        let (received, bytes) = ctx.local.byte_queue.split();
+        let shared = Shared {
+            idle_alive: AtomicBool::new(true),
+        };
+        let local = Local {
+            desk: Interface::new(controller.snapshot(), params.limits()),
+            controller,
+            sensors: board.sensors,
+            timer: board.timer,
+            clock: board.clock,
+            watchdog: board.watchdog,
+            heartbeat: Heartbeat::new(IDLE_DEADLINE),
+            requests,
+            events,
+            snapshots,
+            receiver: board.receiver,
+            received,
+            byte_lost: false,
+            interpreter: Interpreter::new(identity, params),
+            transmitter: board.transmitter,
+            leds: board.leds,
+            logged: Logged { params },
+            to_controller,
+            from_controller,
+            known,
+            bytes,
+        };
+        (shared, local)
+    }
+
+    /// The tick.
+    #[task(binds = TIM5, priority = 3, shared = [&idle_alive],
+        local = [controller, sensors, timer, clock, watchdog, heartbeat, requests, events, snapshots])]
+    fn control(ctx: control::Context) {
+        let now: Instant = ctx.local.clock.now();
+        ctx.local.timer.acknowledge();
+        let inputs = ctx.local.sensors.read();
+        if let Some(request) = ctx.local.requests.take() {
+            // There is room: each tick takes one and carries it out.
+            let _ = ctx.local.controller.request(request);
+        }
+        for event in &ctx.local.controller.tick(now, &inputs) {
+            // Idle has had no time for 16 events: then there are no lines to tell them in either.
+            let _ = ctx.local.events.enqueue(*event);
+        }
+        let controller = &*ctx.local.controller;
+        ctx.local
+            .snapshots
+            .send_with(|| Some(controller.snapshot()));
+        let idle_alive = ctx.shared.idle_alive.swap(false, Ordering::Relaxed);
+        if ctx.local.heartbeat.beat(idle_alive) {
+            ctx.local.watchdog.feed();
+        }
+    }
+
+    /// A byte has come.
+    #[task(binds = USART3, priority = 2, local = [receiver, received, byte_lost])]
+    fn receive(ctx: receive::Context) {
+        let Some(byte) = ctx.local.receiver.read() else {
+            return;
+        };
+        if *ctx.local.byte_lost {
+            *ctx.local.byte_lost = ctx.local.received.enqueue(LOST).is_err();
+        }
+        let byte = byte.unwrap_or(LOST);
+        *ctx.local.byte_lost |= ctx.local.received.enqueue(byte).is_err();
+    }
+
+    #[idle(shared = [&idle_alive],
+        local = [desk, interpreter, transmitter, leds, logged, to_controller, from_controller, known, bytes])]
+    #[inline(never)]
+    fn idle(ctx: idle::Context) -> ! {
+        let idle::LocalResources {
+            desk,
+            interpreter,
+            transmitter,
+            leds,
+            logged,
+            to_controller,
+            from_controller,
+            known,
+            bytes,
+            ..
+        } = ctx.local;
+        loop {
+            ctx.shared.idle_alive.store(true, Ordering::Relaxed);
+            // First, so that the events that led to it are all there: they are told before a reply shows what they did.
+            let snapshot = known.take();
+            while let Some(event) = from_controller.dequeue() {
+                if let Event::Fault(fault) = event {
+                    defmt::error!("fault {=str}", fault.name());
+                }
+                interpreter.notify(event);
+            }
+            if let Some(snapshot) = snapshot {
+                leds.show(&snapshot);
+                desk.update(snapshot);
+            }
+            while interpreter.can_receive()
+                && let Some(byte) = bytes.dequeue()
+            {
+                interpreter.receive(byte);
+            }
+            interpreter.poll(desk);
+            to_controller.send_with(|| desk.take_request());
+            interpreter.transmit_to(transmitter);
+            logged.tell_changes(interpreter.params());
+        }
+    }
+
+    impl Logged {
+        fn tell_changes(&mut self, params: &Params) {
+            for id in Id::ALL {
+                if params.get(id) != self.params.get(id) {
+                    defmt::info!("parameter {=str} = {=f32}", id.spec().name, params.get(id));
+                }
+            }
+            self.params = *params;
+        }
+    }
+}
