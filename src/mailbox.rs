@@ -32,21 +32,22 @@ impl<T: Copy> Mailbox<T> {
         }
     }
 
-    /// Its two ends.
-    pub fn split(&mut self) -> (Sender<'_, T>, Receiver<'_, T>) {
+    /// Its two ends; what the sender finds in it at first is `initial`.
+    pub fn split(&mut self, initial: T) -> (Sender<'_, T>, Receiver<'_, T>) {
+        self.message.get_mut().write(initial);
         (Sender(self), Receiver(self))
     }
 }
 
 impl<T: Copy> Sender<'_, T> {
-    /// Puts in what `make` returns, if the last message has been taken out; what could not be sent may never be made.
-    pub fn send_with(&mut self, make: impl FnOnce() -> Option<T>) {
+    /// If the last message has been taken out, lets `write` make a new one of it, in place, and sends that if it says so.
+    pub fn send_with(&mut self, write: impl FnOnce(&mut T) -> bool) {
         if self.0.full.load(Ordering::Acquire) {
             return;
         }
-        if let Some(message) = make() {
-            // SAFETY: `full` is false, and this is the only sender.
-            unsafe { (*self.0.message.get()).write(message) };
+        // SAFETY: `full` is false and this is the only sender: nobody else looks. `split` has written a first message.
+        let message = unsafe { (*self.0.message.get()).assume_init_mut() };
+        if write(message) {
             self.0.full.store(true, Ordering::Release);
         }
     }
@@ -58,7 +59,7 @@ impl<T: Copy> Receiver<'_, T> {
         if !self.0.full.load(Ordering::Acquire) {
             return None;
         }
-        // SAFETY: `full` is true: a message was written, and this is the only receiver.
+        // SAFETY: `full` is true and this is the only receiver: nobody writes. `split` has written a first message.
         let message = unsafe { (*self.0.message.get()).assume_init() };
         self.0.full.store(false, Ordering::Release);
         Some(message)

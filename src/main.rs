@@ -57,7 +57,7 @@ mod app {
         clock: board::Clock,
         watchdog: board::Watchdog,
         heartbeat: Heartbeat,
-        requests: mailbox::Receiver<'static, Request<Config>>,
+        requests: mailbox::Receiver<'static, Option<Request<Config>>>,
         events: Producer<'static, Event>,
         snapshots: mailbox::Sender<'static, Snapshot>,
         // The receiver's.
@@ -70,7 +70,7 @@ mod app {
         transmitter: board::Transmitter,
         leds: board::Leds,
         logged: Logged,
-        to_controller: mailbox::Sender<'static, Request<Config>>,
+        to_controller: mailbox::Sender<'static, Option<Request<Config>>>,
         from_controller: Consumer<'static, Event>,
         known: mailbox::Receiver<'static, Snapshot>,
         bytes: Consumer<'static, u8>,
@@ -82,7 +82,7 @@ mod app {
     }
 
     #[init(local = [
-        request_mailbox: Mailbox<Request<Config>> = Mailbox::new(),
+        request_mailbox: Mailbox<Option<Request<Config>>> = Mailbox::new(),
         event_queue: Queue<Event, 16> = Queue::new(),
         snapshot_mailbox: Mailbox<Snapshot> = Mailbox::new(),
         byte_queue: Queue<u8, 512> = Queue::new(),
@@ -117,9 +117,9 @@ mod app {
             reset_cause,
             period: PERIOD,
         };
-        let (to_controller, requests) = ctx.local.request_mailbox.split();
+        let (to_controller, requests) = ctx.local.request_mailbox.split(None);
         let (events, from_controller) = ctx.local.event_queue.split();
-        let (snapshots, known) = ctx.local.snapshot_mailbox.split();
+        let (snapshots, known) = ctx.local.snapshot_mailbox.split(controller.snapshot());
         let (received, bytes) = ctx.local.byte_queue.split();
         let shared = Shared {
             idle_alive: AtomicBool::new(true),
@@ -157,18 +157,19 @@ mod app {
         let now: Instant = ctx.local.clock.now();
         ctx.local.timer.acknowledge();
         let inputs = ctx.local.sensors.read();
-        if let Some(request) = ctx.local.requests.take() {
+        if let Some(Some(request)) = ctx.local.requests.take() {
             // There is room: each tick takes one and carries it out.
             let _ = ctx.local.controller.request(request);
         }
-        for event in &ctx.local.controller.tick(now, &inputs) {
+        for event in ctx.local.controller.tick(now, &inputs) {
             // Idle has had no time for 16 events: then there are no lines to tell them in either.
             let _ = ctx.local.events.enqueue(*event);
         }
         let controller = &*ctx.local.controller;
-        ctx.local
-            .snapshots
-            .send_with(|| Some(controller.snapshot()));
+        ctx.local.snapshots.send_with(|snapshot| {
+            controller.update_snapshot(snapshot);
+            true
+        });
         let idle_alive = ctx.shared.idle_alive.swap(false, Ordering::Relaxed);
         if ctx.local.heartbeat.beat(idle_alive) {
             ctx.local.watchdog.feed();
@@ -223,8 +224,12 @@ mod app {
             {
                 interpreter.receive(byte);
             }
+            desk.work();
             interpreter.poll(desk);
-            to_controller.send_with(|| desk.take_request());
+            to_controller.send_with(|request| {
+                *request = desk.take_request();
+                request.is_some()
+            });
             interpreter.transmit_to(transmitter);
             logged.tell_changes(interpreter.params());
         }

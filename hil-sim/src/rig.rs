@@ -159,9 +159,10 @@ impl Rig {
             stop_button: false,
         };
         for event in self.controller.tick(self.now, &inputs) {
-            self.interpreter.notify(event);
+            self.interpreter.notify(*event);
         }
         self.desk.update(self.controller.snapshot());
+        while self.desk.work() {}
         self.carry_bytes();
     }
 

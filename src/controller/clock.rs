@@ -1,6 +1,6 @@
 //! From the clock's instants to elapsed time and cycles of the reference.
 
-use crate::time::{self, Duration, Instant};
+use crate::time::{Duration, Instant};
 
 /// The most cycles that are made up for after a gap; after a longer one the reference goes on from where it was.
 const MAX_STEPS: u32 = 20;
@@ -9,9 +9,10 @@ const MAX_STEPS: u32 = 20;
 /// missed one makes the next two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clock {
-    period: Duration,
-    last: Option<Instant>,
-    nominal: Instant,
+    period: i32,
+    last: Option<u32>,
+    /// When the last step was due.
+    nominal: u32,
 }
 
 /// What has passed since the last tick.
@@ -24,42 +25,46 @@ pub struct Elapsed {
 }
 
 impl Clock {
-    /// A clock whose ticks come every `period` > 0.
+    /// A clock whose ticks come every `period`, between zero and a minute.
     #[must_use]
     pub fn new(period: Duration) -> Self {
         Self {
-            period,
+            period: period.ticks() as i32,
             last: None,
-            nominal: Instant::from_ticks(0),
+            nominal: 0,
         }
     }
 
     /// Notes a tick.
     pub fn tick(&mut self, now: Instant) -> Elapsed {
-        let Some(last) = self.last else {
-            self.last = Some(now);
+        // The low 32 bits, which the target computes with: two ticks are not half an hour apart.
+        let now = now.ticks() as u32;
+        let Some(last) = self.last.replace(now) else {
             self.nominal = now;
             return Elapsed {
                 seconds: 0.0,
                 steps: 1,
             };
         };
-        let half = Duration::from_ticks(self.period.ticks() / 2);
+        let mut late = now.wrapping_sub(self.nominal).cast_signed();
         let mut steps = 0;
-        while time::since(now, self.nominal) > half && steps < MAX_STEPS {
-            self.nominal = time::after(self.nominal, self.period);
+        while late > self.period / 2 && steps < MAX_STEPS {
+            late -= self.period;
             steps += 1;
         }
-        let ahead = time::since(self.nominal, now).ticks();
-        if steps == MAX_STEPS || ahead > u64::from(MAX_STEPS) * self.period.ticks() {
+        if steps == MAX_STEPS || late < -(MAX_STEPS as i32) * self.period {
             // The clock has leapt, one way or the other: it is right from now on.
-            self.nominal = now;
+            late = 0;
         }
-        self.last = Some(now);
-        Elapsed {
-            seconds: time::seconds(time::since(now, last)),
-            steps,
-        }
+        self.nominal = now.wrapping_sub(late.cast_unsigned());
+        // It may have gone back, too.
+        let elapsed = now.wrapping_sub(last).cast_signed();
+        let seconds = if elapsed > 0 {
+            elapsed as f32 * 1e-6
+        } else {
+            0.0
+        };
+        Elapsed { seconds, steps }
     }
 }
 

@@ -198,6 +198,8 @@ pub struct Estimator {
     plays: [Play; 2],
     total: VariationTotal,
     noise: Noise,
+    /// Counts the changes of what changes seldom.
+    edition: u32,
 }
 
 /// The covariance is propagated each time S has varied by this much, m …
@@ -215,6 +217,7 @@ impl Estimator {
             plays: [Play::default(); 2],
             total: VariationTotal::default(),
             noise,
+            edition: 0,
         }
     }
 
@@ -252,7 +255,19 @@ impl Estimator {
         }
     }
 
+    /// Makes `copy` a copy; what changes seldom is copied when it has changed.
+    pub(super) fn update_copy(&self, copy: &mut Self) {
+        if copy.edition != self.edition {
+            *copy = *self;
+            return;
+        }
+        copy.since = self.since;
+        copy.plays = self.plays;
+        copy.total = self.total;
+    }
+
     fn fold(&mut self) {
+        self.edition = self.edition.wrapping_add(1);
         self.reckoning.propagate(&self.since, &self.noise);
         self.since = Compound::default();
     }
@@ -287,6 +302,7 @@ impl Estimator {
     /// Applies a correction that was computed from an earlier copy of this estimator.
     pub fn apply(&mut self, correction: &Correction) {
         let now = self.present_pose();
+        self.edition = self.edition.wrapping_add(1);
         self.reckoning = correction.after;
         self.since = Compound::between(
             &correction.before,

@@ -1,4 +1,7 @@
 //! A ring of past poses with their covariances, for observations that arrive late.
+//!
+//! A correction changes all of them, which takes a small processor some 20 ms. It is done entry by entry, whenever there is time; until then no other
+//! correction can be made.
 
 use super::correction::Update;
 use super::estimator::{Estimate, Pose};
@@ -25,6 +28,19 @@ const LENGTH: usize = 64;
 #[derive(Clone, Debug, Default)]
 pub struct History {
     ring: Deque<Past, LENGTH>,
+    revision: Option<Revision>,
+}
+
+/// A correction that is being carried through the ring.
+#[derive(Clone, Debug)]
+struct Revision {
+    update: Update,
+    /// The instant of the estimate that was corrected.
+    at: Instant,
+    /// The entries so far have been corrected …
+    done: Option<Instant>,
+    /// … and these are the last that need it: later ones know of it.
+    last: Instant,
 }
 
 impl History {
@@ -50,6 +66,13 @@ impl History {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.ring.clear();
+        self.revision = None;
+    }
+
+    /// True if every entry knows of every correction.
+    #[must_use]
+    pub fn is_consistent(&self) -> bool {
+        self.revision.is_none()
     }
 
     /// The estimate at `time`, between entries by interpolation; none if the ring does not reach back so far.
@@ -72,11 +95,32 @@ impl History {
         time::since(now, oldest)
     }
 
-    /// Corrects every entry.
+    /// Begins to correct every entry: [`Self::work`] does it. The correction before must have gone through.
     pub fn correct(&mut self, update: &Update, at: Instant) {
-        for past in &mut self.ring {
-            past.correct(update, at);
+        self.revision = self.ring.back().map(|newest| Revision {
+            update: *update,
+            at,
+            done: None,
+            last: newest.time,
+        });
+    }
+
+    /// Corrects one entry; false if there is none left to correct.
+    pub fn work(&mut self) -> bool {
+        let Some(revision) = &mut self.revision else {
+            return false;
+        };
+        let due = |past: &&mut Past| {
+            past.time <= revision.last && revision.done.is_none_or(|done| past.time > done)
+        };
+        match self.ring.iter_mut().find(due) {
+            Some(past) => {
+                past.correct(&revision.update, revision.at);
+                revision.done = Some(past.time);
+            }
+            None => self.revision = None,
         }
+        self.revision.is_some()
     }
 }
 

@@ -25,7 +25,7 @@ pub struct Limits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
-    /// The request before is not carried out yet: wait for a snapshot.
+    /// The request before is not carried out yet, or a correction not carried through: wait for a snapshot.
     Busy,
     /// A distance is not a number.
     Distance,
@@ -128,8 +128,9 @@ impl<C> Interface<C> {
         }
     }
 
-    /// Takes the state after a tick over.
+    /// Takes the state after a tick over, and does a piece of [`work`](Self::work).
     pub fn update(&mut self, snapshot: Snapshot) {
+        self.work();
         if snapshot.time < self.snapshot.time {
             // The clock was set back: the past has no place in its time any more.
             self.history.clear();
@@ -158,6 +159,17 @@ impl<C> Interface<C> {
         }
         let ticket = Some(self.sent);
         self.request.take().map(|action| Request { action, ticket })
+    }
+
+    /// Does a piece of what is left to do after a correction; false if nothing is. Call it whenever there is time: corrections are taken again when all
+    /// is done.
+    pub fn work(&mut self) -> bool {
+        self.history.work()
+    }
+
+    /// True if a correction would be taken: the one before has gone through all that is remembered.
+    pub fn takes_corrections(&self) -> bool {
+        self.history.is_consistent()
     }
 
     /// True if every request has been carried out and the snapshot shows it.
@@ -244,7 +256,8 @@ impl<C> Interface<C> {
     /// `shift` is ΔP in m, m, rad; `gain` is K.
     ///
     /// # Errors
-    /// [`Refusal::Correction`] if the covariance would not stay symmetric positive semi-definite.
+    /// [`Refusal::Correction`] if the covariance would not stay symmetric positive semi-definite; [`Refusal::Busy`] unless
+    /// [`takes_corrections`](Self::takes_corrections).
     pub fn correct_pos(&mut self, shift: Vector3<f64>, gain: &Matrix3<f64>) -> Result<(), Refusal> {
         let present = self.present();
         let then = self
@@ -258,7 +271,8 @@ impl<C> Interface<C> {
     /// Corrects by an observation that is `age` seconds old (0 to 1.5). Returns the squared Mahalanobis distance of its innovation.
     ///
     /// # Errors
-    /// [`Refusal::Age`], or [`Refusal::Correction`] if the observation is beyond `gate` (0: no gate) or its covariance is none.
+    /// [`Refusal::Age`], or [`Refusal::Correction`] if the observation is beyond `gate` (0: no gate) or its covariance is none; [`Refusal::Busy`]
+    /// unless [`takes_corrections`](Self::takes_corrections).
     pub fn observe(
         &mut self,
         observation: &Observation,
@@ -268,6 +282,9 @@ impl<C> Interface<C> {
         let max_age = time::seconds(MAX_AGE);
         if !(0.0..=max_age).contains(&age) {
             return Err(Refusal::Age);
+        }
+        if !self.takes_corrections() {
+            return Err(Refusal::Busy);
         }
         let present = self.present();
         let age = Duration::from_ticks((age * 1e6) as u64);
@@ -351,6 +368,9 @@ impl<C> Interface<C> {
     }
 
     fn correct(&mut self, update: &Update, then: Past, present: Past) -> Result<(), Refusal> {
+        if !self.takes_corrections() {
+            return Err(Refusal::Busy);
+        }
         let after = update.carried_to_later(&present.estimate);
         if !after.is_plausible() {
             return Err(CorrectionError::NotFinite.into());

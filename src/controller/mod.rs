@@ -89,6 +89,7 @@ pub struct Controller<V: VirtualVehicle> {
     /// How much of the wanted speed the references have.
     share: f32,
     time: Instant,
+    events: Events,
 }
 
 /// Motors that are switched off brake for this long before their drivers are switched off, s: longer than any base takes to stop with shorted motors.
@@ -126,6 +127,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             emergency_done: 0,
             share: 1.0,
             time: Instant::from_ticks(0),
+            events: Events::new(),
         }
     }
 
@@ -150,9 +152,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         self.requests.push_back(request)
     }
 
-    /// One cycle of the control loop. Call it every `period`; a late, missed or double call loses no counts and steps no reference.
-    pub fn tick(&mut self, now: Instant, inputs: &Inputs) -> Events {
-        let mut events = Events::new();
+    /// One cycle of the control loop; returns what happened in it. Call it every `period`; a late, missed or double call loses no counts and steps no reference.
+    pub fn tick(&mut self, now: Instant, inputs: &Inputs) -> &[Event] {
+        self.events.clear();
         let elapsed = self.clock.tick(now);
         self.time = now;
         self.readings
@@ -166,23 +168,23 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         self.rotation.measure(increment.rotation, elapsed.steps);
 
         if self.readings.estop {
-            self.trip(Fault::Estop, &mut events);
+            self.trip(Fault::Estop);
         }
         // In a cycle that is not due yet the references stand between two steps.
         while elapsed.steps > 0
             && let Some(Request { action, ticket }) = self.requests.pop_front()
         {
-            self.carry_out(action, &mut events);
+            self.carry_out(action);
             self.ticket = ticket.unwrap_or(self.ticket);
         }
         // An emergency stop waits for no cycle, and has the last word.
         if core::mem::take(&mut self.emergency) {
-            self.trip(Fault::Estop, &mut events);
+            self.trip(Fault::Estop);
             self.emergency_done = self.emergency_ticket;
         }
 
         if self.motors != Motors::Off {
-            self.advance(elapsed.steps, &mut events);
+            self.advance(elapsed.steps);
         }
         // Not `else`: a stop that has come to rest may just have ended the activity.
         if self.motors == Motors::Off {
@@ -196,14 +198,21 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             };
             self.output_failed = off.is_err();
             if self.output_failed {
-                self.trip(Fault::Output, &mut events);
+                self.trip(Fault::Output);
             }
         }
-        events
+        &self.events
     }
 
     /// What is known, after a tick.
     pub fn snapshot(&self) -> Snapshot {
+        let mut snapshot = Snapshot::new(self.estimator);
+        self.update_snapshot(&mut snapshot);
+        snapshot
+    }
+
+    /// The same, into an earlier snapshot of this controller, which spares copying what has not changed.
+    pub fn update_snapshot(&self, snapshot: &mut Snapshot) {
         let axis = |axis: &Axis, speed, acceleration| AxisSnapshot {
             state: axis.state(),
             displacement: axis.displacement(),
@@ -217,27 +226,25 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             acceleration,
             ..
         } = self.motion;
-        Snapshot {
-            time: self.time,
-            ticket: self.ticket,
-            emergency_ticket: self.emergency_done,
-            estimator: self.estimator,
-            translation: axis(
-                &self.translation,
-                speed.translation,
-                acceleration.translation,
-            ),
-            rotation: axis(&self.rotation, speed.rotation, acceleration.rotation),
-            wheels: self.vehicle.wheels(),
-            supply: self.readings.supply,
-            currents: self.readings.currents,
-            enabled: self.power == Power::Enabled,
-            fault: self.fault,
-            fault_persists: self.fault_persists(),
-        }
+        self.estimator.update_copy(&mut snapshot.estimator);
+        snapshot.time = self.time;
+        snapshot.ticket = self.ticket;
+        snapshot.emergency_ticket = self.emergency_done;
+        snapshot.translation = axis(
+            &self.translation,
+            speed.translation,
+            acceleration.translation,
+        );
+        snapshot.rotation = axis(&self.rotation, speed.rotation, acceleration.rotation);
+        snapshot.wheels = self.vehicle.wheels();
+        snapshot.supply = self.readings.supply;
+        snapshot.currents = self.readings.currents;
+        snapshot.enabled = self.power == Power::Enabled;
+        snapshot.fault = self.fault;
+        snapshot.fault_persists = self.fault_persists();
     }
 
-    fn carry_out(&mut self, action: Action<V::Config>, events: &mut Events) {
+    fn carry_out(&mut self, action: Action<V::Config>) {
         match action {
             Action::Move(command) if self.may_move() => {
                 self.wake();
@@ -249,9 +256,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             }
             // A fault came between the command's acceptance and this tick.
             Action::Move(_) | Action::Turn(_) => {}
-            Action::Stop => self.stop(StopReason::Command, events),
+            Action::Stop => self.stop(StopReason::Command),
             // Never queued: see `request`.
-            Action::EStop => self.trip(Fault::Estop, events),
+            Action::EStop => self.trip(Fault::Estop),
             Action::ClearFault => {
                 if !self.fault_persists() {
                     self.fault = None;
@@ -263,7 +270,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             }
             Action::Disable => {
                 self.power = Power::Disabling;
-                self.stop(StopReason::Disable, events);
+                self.stop(StopReason::Disable);
             }
             Action::Correct(correction) => self.estimator.apply(&correction),
             Action::Configure(config) => {
@@ -291,11 +298,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         self.stopping = None;
     }
 
-    fn stop(&mut self, reason: StopReason, events: &mut Events) {
+    fn stop(&mut self, reason: StopReason) {
         if self.motors == Motors::Off {
             self.translation = Axis::default();
             self.rotation = Axis::default();
-            self.come_to_rest(reason, events);
+            self.come_to_rest(reason);
             return;
         }
         let stop = |acceleration| AxisCommand {
@@ -320,13 +327,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         );
     }
 
-    fn come_to_rest(&mut self, reason: StopReason, events: &mut Events) {
+    fn come_to_rest(&mut self, reason: StopReason) {
         self.stopping = None;
         if self.power == Power::Disabling {
             self.power = Power::Disabled;
             self.switch_off();
         }
-        note(events, Event::Stopped(reason));
+        self.note(Event::Stopped(reason));
     }
 
     fn switch_off(&mut self) {
@@ -336,7 +343,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
     }
 
-    fn trip(&mut self, fault: Fault, events: &mut Events) {
+    fn trip(&mut self, fault: Fault) {
         self.switch_off();
         self.stopping = None;
         if self.power == Power::Disabling {
@@ -345,11 +352,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         // An emergency stop is told whatever went before.
         if self.fault.is_none() || (fault == Fault::Estop && self.fault != Some(Fault::Estop)) {
             self.fault = Some(fault);
-            note(events, Event::Fault(fault));
+            self.note(Event::Fault(fault));
         }
     }
 
-    fn advance(&mut self, steps: u32, events: &mut Events) {
+    fn advance(&mut self, steps: u32) {
         let period = self.period;
         let wanted = Twist {
             translation: self.translation.wanted_speed(),
@@ -373,19 +380,19 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             .translation
             .advance(&self.config.translation, &cycle(speed.translation));
         if let Some(AxisEvent::Done(residual)) = moved {
-            note(events, Event::MoveDone(residual));
+            self.note(Event::MoveDone(residual));
         }
         let turned = self
             .rotation
             .advance(&self.config.rotation, &cycle(speed.rotation));
         if let Some(AxisEvent::Done(residual)) = turned {
-            note(events, Event::TurnDone(residual));
+            self.note(Event::TurnDone(residual));
         }
         if let Some(reason) = self.stopping
             && self.translation.is_settled()
             && self.rotation.is_settled()
         {
-            self.come_to_rest(reason, events);
+            self.come_to_rest(reason);
         }
         if self.motors == Motors::Off {
             return;
@@ -398,7 +405,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.drive()
         };
         if driven.is_err() {
-            self.trip(Fault::Output, events);
+            self.trip(Fault::Output);
         }
     }
 
@@ -434,9 +441,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         let supply = self.readings.usable_supply(&self.config.sensing);
         self.vehicle.drive(speed, acceleration, supply, period)
     }
-}
 
-/// A tick has at most a stop for each request, two targets, a stop that comes to rest and a fault to tell, so the list cannot overflow.
-fn note(events: &mut Events, event: Event) {
-    let _ = events.push(event);
+    /// A tick has at most a stop for each request, two targets, a stop that comes to rest and a fault to tell, so the list cannot overflow.
+    fn note(&mut self, event: Event) {
+        let _ = self.events.push(event);
+    }
 }

@@ -1,6 +1,6 @@
 //! The reference of one axis: a discrete trapezoid that lands exactly (theory section 7).
 
-use crate::math::{Sum, larger, limit, smaller, sqrt};
+use crate::math::{Factor, Sum, larger, limit, smaller, sqrt};
 
 /// Where the reference is going.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,8 +116,13 @@ impl Profile {
             Target::Remaining(remaining) => {
                 let distance = remaining.get();
                 // Up and down again at a: v² = a r + u²/2. The product may be infinite.
-                let peak = sqrt(self.acceleration * distance.abs() + 0.5 * speed * speed);
-                distance.signum() * smaller(peak, self.max_speed)
+                let square = self.acceleration * distance.abs() + 0.5 * speed * speed;
+                let reached = if square < self.max_speed * self.max_speed {
+                    sqrt(square)
+                } else {
+                    self.max_speed
+                };
+                distance.signum() * reached
             }
         };
         if speed.abs() > wanted.abs() {
@@ -226,13 +231,25 @@ impl Profile {
             return Next::To(0.0);
         }
         let cycles = 0.5 * (sqrt(1.0 + 8.0 * rest / (change * period)) - 1.0);
-        let n = f64::from(larger(libm::ceilf(cycles), 1.0));
+        let n = larger(libm::ceilf(cycles), 1.0);
         // Braking uses all of a: a speed that is too high by an f32's rounding stays so to the end, and lands micrometres beyond.
-        let speed = self.speed.to_f64().abs() * f64::from(u.signum());
-        let (period, change) = (f64::from(period), f64::from(change));
-        let rest = remaining.to_f64().abs() - 0.5 * speed * period;
-        let braking = rest / (n * period) + 0.5 * (n - 1.0) * change;
-        Next::By((braking.min(f64::from(max_speed)) - speed) as f32)
+        let speed = if u < 0.0 {
+            self.speed.abs().negative()
+        } else {
+            self.speed.abs()
+        };
+        let period = Factor::new(period);
+        let travelled = speed.times(period).times(Factor::new(0.5));
+        let rest = remaining.abs().minus(travelled);
+        let left = Sum::new(n).times(period);
+        let ramp = Sum::new(change).times(Factor::new(0.5 * (n - 1.0)));
+        let braking = rest.over(left).plus(ramp);
+        let braking = if braking.get() > max_speed {
+            Sum::new(max_speed)
+        } else {
+            braking
+        };
+        Next::By(braking.minus(speed).get())
     }
 
     /// Takes back a part of the last step that the vehicle could not follow, and goes on from the speed `u` ≥ 0 that it has (toward where the

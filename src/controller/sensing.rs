@@ -57,18 +57,21 @@ impl Readings {
 
     /// Takes in what the board measured in a cycle of `period` seconds.
     pub(super) fn update(&mut self, sensing: &Sensing, inputs: &Inputs, period: f32) {
-        let measured = inputs
-            .battery
-            .filter(|volts| volts.is_finite() && sensing.battery_divider > 0.0)
-            .map_or(sensing.nominal_supply, |volts| {
+        let measured = match inputs.battery {
+            Some(volts) if volts.is_finite() && sensing.battery_divider > 0.0 => {
                 volts * sensing.battery_divider
-            });
+            }
+            _ => sensing.nominal_supply,
+        };
         self.supply += (measured - self.supply) * period / (SUPPLY_FILTER + period);
-        self.currents = inputs.currents.map(|volts| {
-            volts
-                .filter(|volts| volts.is_finite() && sensing.current_scale > 0.0)
-                .map(|volts| (volts - sensing.current_zero) * sensing.current_scale)
-        });
+        self.currents = if sensing.current_scale > 0.0 {
+            let current = |volts: f32| (volts - sensing.current_zero) * sensing.current_scale;
+            inputs
+                .currents
+                .map(|volts| volts.filter(|volts| volts.is_finite()).map(current))
+        } else {
+            [None; 2]
+        };
         self.estop = inputs.stop_button || (sensing.estop_input && inputs.estop_open);
     }
 

@@ -61,6 +61,24 @@ impl AxisSnapshot {
 }
 
 impl Snapshot {
+    /// Nothing is known but the estimate.
+    pub(super) fn new(estimator: Estimator) -> Self {
+        Self {
+            time: Instant::from_ticks(0),
+            ticket: 0,
+            emergency_ticket: 0,
+            estimator,
+            translation: AxisSnapshot::default(),
+            rotation: AxisSnapshot::default(),
+            wheels: [Wheel::default(); 2],
+            supply: 0.0,
+            currents: [None; 2],
+            enabled: false,
+            fault: None,
+            fault_persists: false,
+        }
+    }
+
     /// True unless both axes hold and the wheels stand (below 1 mm/s).
     #[must_use]
     pub fn is_moving(&self) -> bool {

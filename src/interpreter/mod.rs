@@ -227,7 +227,14 @@ impl Interpreter {
             }
             return true;
         }
-        if !desk.is_idle() {
+        let corrects = |waiting: &Waiting| {
+            matches!(
+                waiting.command,
+                Ok(Command::CorrectPos(..) | Command::Observe(..))
+            )
+        };
+        let ready = desk.takes_corrections() || !self.waiting.front().is_some_and(corrects);
+        if !desk.is_idle() || !ready {
             return false;
         }
         if let Some(Waiting { address, command }) = self.waiting.pop_front() {

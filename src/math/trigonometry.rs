@@ -26,6 +26,9 @@ pub fn reduced(angle: Sum) -> f32 {
 /// first term left out is 2e-9. About 30 FPU instructions and no table: `libm`'s computes in f64, in software on the target.
 #[must_use]
 pub fn sin_cos(x: f32) -> (f32, f32) {
+    if x.abs() < core::f32::consts::FRAC_PI_4 {
+        return series(x);
+    }
     // Beyond this there is no angle left in an f32; NaN comes here too.
     if x.is_nan() || x.abs() > 1e5 {
         return (0.0, 1.0);
@@ -33,15 +36,21 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     let quadrant = round_to_i32(x * core::f32::consts::FRAC_2_PI);
     let n = quadrant as f32;
     let r = (x - n * HALF_PI_HEAD) - n * HALF_PI_TAIL;
-    let r2 = r * r;
-    let s = r + r * r2 * (-1.0 / 6.0 + r2 * (1.0 / 120.0 + r2 * (-1.0 / 5040.0 + r2 / 362_880.0)));
-    let c = 1.0 + r2 * (-0.5 + r2 * (1.0 / 24.0 + r2 * (-1.0 / 720.0 + r2 / 40_320.0)));
+    let (s, c) = series(r);
     match quadrant & 3 {
         0 => (s, c),
         1 => (c, -s),
         2 => (-s, -c),
         _ => (-c, s),
     }
+}
+
+/// Sine and cosine on ±π/4.
+fn series(r: f32) -> (f32, f32) {
+    let r2 = r * r;
+    let s = r + r * r2 * (-1.0 / 6.0 + r2 * (1.0 / 120.0 + r2 * (-1.0 / 5040.0 + r2 / 362_880.0)));
+    let c = 1.0 + r2 * (-0.5 + r2 * (1.0 / 24.0 + r2 * (-1.0 / 720.0 + r2 / 40_320.0)));
+    (s, c)
 }
 
 /// sin x / x, 1 at 0. Error below 1.2e-7 for |x| ≤ 100.

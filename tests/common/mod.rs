@@ -172,9 +172,10 @@ impl Rig {
     /// A tick for which the clock did not advance.
     pub(crate) fn tick_at_the_same_time(&mut self) {
         for event in self.controller.tick(self.now, &self.inputs) {
-            self.interpreter.notify(event);
+            self.interpreter.notify(*event);
         }
         self.desk.update(self.controller.snapshot());
+        while self.desk.work() {}
     }
 
     /// The interpreter does what it can.
@@ -193,9 +194,10 @@ impl Rig {
     pub(crate) fn tick(&mut self) {
         self.now = time::after(self.now, PERIOD);
         for event in self.controller.tick(self.now, &self.inputs) {
-            self.interpreter.notify(event);
+            self.interpreter.notify(*event);
         }
         self.desk.update(self.controller.snapshot());
+        while self.desk.work() {}
         self.pump();
     }
 

@@ -99,6 +99,7 @@ impl Base {
         self.controller
             .tick(Instant::from_ticks(self.now), &Inputs::default());
         self.desk.update(self.controller.snapshot());
+        while self.desk.work() {}
     }
 
     /// Drives for `millis`, at 1 kHz.
