@@ -1,6 +1,7 @@
-//! The project's chores: `cargo xtask test` is the whole verification, `cargo xtask readme` its check of the README.
+//! The project's chores: `cargo xtask test` is the whole verification, `cargo firmware` builds the image.
 
 mod diff;
+mod image;
 mod machine;
 mod pyserial;
 mod readme;
@@ -10,8 +11,10 @@ mod steps;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::Parser;
 
+use crate::image::Which;
 use crate::run::{Outcome, Session};
 
 #[derive(Parser)]
@@ -25,12 +28,24 @@ enum Chore {
         #[arg(long)]
         file: Option<PathBuf>,
     },
+    /// Build the firmware: target/firmware/vehicle-controller.elf, .bin and .hex
+    Firmware,
+    /// What the firmware takes of flash and RAM
+    Size {
+        #[command(flatten)]
+        which: Which,
+        /// Fail if it is more than the board's promise
+        #[arg(long)]
+        check: bool,
+    },
 }
 
 fn main() -> ExitCode {
     let mut session = Session::new();
     let good = match Chore::parse() {
         Chore::Test => steps::run_all(&mut session),
+        Chore::Firmware => told(image::firmware(&session)),
+        Chore::Size { which, check } => told(image::size(&session, which, check)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
             let outcome = Outcome::from(readme::check(&session, &file));
@@ -43,4 +58,12 @@ fn main() -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
+}
+
+/// Says what went wrong; whether nothing did.
+fn told(result: Result<()>) -> bool {
+    if let Err(error) = &result {
+        eprintln!("error: {error:#}");
+    }
+    result.is_ok()
 }
