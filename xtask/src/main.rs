@@ -38,6 +38,11 @@ enum Chore {
         #[arg(long)]
         check: bool,
     },
+    /// Whether anything that can be reached after start-up panics or hangs
+    Panics {
+        #[command(flatten)]
+        which: Which,
+    },
 }
 
 fn main() -> ExitCode {
@@ -46,6 +51,7 @@ fn main() -> ExitCode {
         Chore::Test => steps::run_all(&mut session),
         Chore::Firmware => told(image::firmware(&session)),
         Chore::Size { which, check } => told(image::size(&session, which, check)),
+        Chore::Panics { which } => told(image::panics(&session, which)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
             let outcome = Outcome::from(readme::check(&session, &file));

@@ -115,7 +115,7 @@ fn hex(image: &Image) -> Result<String> {
     }
     records.push(Record::StartLinearAddress(image.entry | 1));
     records.push(Record::EndOfFile);
-    Ok(ihex::create_object_file_representation(&records)? + "\n")
+    Ok(ihex::create_object_file_representation(&records)?)
 }
 
 #[cfg(test)]

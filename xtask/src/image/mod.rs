@@ -1,17 +1,26 @@
 //! The firmware's image: building it, and proving things about the machine code that the linker left.
 
 pub mod build;
+mod decode;
 mod elf;
+mod flow;
+mod graph;
+mod panics;
+mod reduce;
 mod size;
+mod source;
+mod table;
 pub mod toolchain;
+mod values;
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::Args;
 
 use crate::run::Session;
 use elf::Image;
+use source::Sources;
 
 /// Which image is looked at.
 #[derive(Args)]
@@ -40,5 +49,18 @@ pub fn size(session: &Session, which: Which, check: bool) -> Result<()> {
     if check {
         size::check(&image)?;
     }
+    Ok(())
+}
+
+/// `cargo xtask panics`.
+pub fn panics(session: &Session, which: Which) -> Result<()> {
+    let image = which.read(session)?;
+    let sources = Sources::new(&image, session.root.clone())?;
+    let (text, offences) = panics::report(&image, &sources)?;
+    print!("{text}");
+    ensure!(
+        offences == 0,
+        "{offences} ways to stop the firmware after start-up"
+    );
     Ok(())
 }

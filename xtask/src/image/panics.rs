@@ -1,0 +1,218 @@
+//! `cargo xtask panics`: after start-up nothing in the firmware may stop it.
+//!
+//! From the idle loop and from every handler in the vector table, all machine code that can be reached is followed.
+//! Nothing on the way may be a panic, stop the processor, hang, or go where only the running program knows.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use anyhow::{Result, ensure};
+
+use super::elf::Image;
+use super::graph::{Graph, Step};
+use super::source::Sources;
+
+/// A name that only something that panics has.
+fn panics(name: &str) -> bool {
+    const STARTS: [&str; 9] = [
+        "core::panicking::",
+        "core::option::unwrap_failed",
+        "core::option::expect_failed",
+        "core::result::unwrap_failed",
+        "core::cell::panic_",
+        "core::str::slice_error_fail",
+        "defmt::export::panic",
+        "alloc::",
+        "cortex_m::asm::udf",
+    ];
+    const NAMES: [&str; 8] = [
+        "rust_begin_unwind",
+        "__rustc::rust_begin_unwind",
+        "_defmt_panic",
+        "__defmt_default_panic",
+        "abort",
+        "__aeabi_idiv0",
+        "__aeabi_ldiv0",
+        "core::intrinsics::abort",
+    ];
+    STARTS.iter().any(|start| name.starts_with(start))
+        || NAMES.contains(&name)
+        || name.starts_with("core::") && name.ends_with("_fail")
+        || name.starts_with("core::slice::") && name.contains("_fail")
+}
+
+/// Something that must not be reachable, and the instruction that does it or calls it.
+struct Offence {
+    function: u32,
+    site: u32,
+    what: String,
+}
+
+/// The whole account; the number of offences.
+pub fn report(image: &Image, sources: &Sources) -> Result<(String, usize)> {
+    let idle = idle(image)?;
+    let handlers = image.handlers()?;
+    let roots: BTreeSet<u32> = handlers.keys().copied().chain(idle).collect();
+    let graph = Graph::new(image, roots.iter().copied().chain([image.entry]))?;
+    let sink = |function: u32| panics(&image.name(function));
+    let paths = graph.paths(roots.iter().copied(), sink);
+    let offences = offences(image, &graph, &roots, &paths);
+
+    let mut text = String::new();
+    // Writing into a string cannot fail.
+    let names: Vec<_> = roots.iter().map(|&root| image.name(root)).collect();
+    let _ = writeln!(
+        text,
+        "from {} (every handler in the vector table but the reset, which is start-up, and the idle loop)\n\
+         {} functions can be reached",
+        names.join(", "),
+        paths.len()
+    );
+    for (number, offence) in offences.iter().enumerate() {
+        let _ = writeln!(text, "\n{}. {}", number + 1, offence.what);
+        show(
+            &mut text,
+            image,
+            sources,
+            paths.get(&offence.function),
+            offence,
+        );
+    }
+    remaining(&mut text, image, sources, &graph, &paths);
+    let _ = writeln!(
+        text,
+        "\n{} ways to stop the firmware after start-up",
+        offences.len()
+    );
+    Ok((text, offences.len()))
+}
+
+/// The idle loop, which must not be inlined into `main`: start-up may panic, and the two must be told apart.
+fn idle(image: &Image) -> Result<Vec<u32>> {
+    let named = image
+        .functions
+        .iter()
+        .filter(|(_, function)| function.name == "idle" || function.name.ends_with("::idle"));
+    let idle: Vec<_> = named.map(|(&start, _)| start).collect();
+    ensure!(
+        !idle.is_empty(),
+        "no function named idle: mark it #[inline(never)]"
+    );
+    Ok(idle)
+}
+
+fn offences(
+    image: &Image,
+    graph: &Graph,
+    roots: &BTreeSet<u32>,
+    paths: &BTreeMap<u32, Vec<Step>>,
+) -> Vec<Offence> {
+    let mut offences = Vec::new();
+    for &function in paths.keys() {
+        let (Some(flow), false) = (
+            graph.functions.get(&function),
+            panics(&image.name(function)),
+        ) else {
+            continue;
+        };
+        for &(site, target) in flow.calls.keys() {
+            let name = image.name(target);
+            if panics(&name) {
+                offences.push(Offence {
+                    function,
+                    site,
+                    what: format!("calls {name}"),
+                });
+            }
+        }
+        for (&site, fault) in &flow.faults {
+            if !fault.is_about_the_stack() {
+                offences.push(Offence {
+                    function,
+                    site,
+                    what: fault.to_string(),
+                });
+            }
+        }
+        // A panic under another name, such as a loop without an end. Its callers do not return either, nor do those
+        // of a panic, but they are told by that.
+        let passes_on = flow.calls.keys().any(|&(_, target)| {
+            graph
+                .functions
+                .get(&target)
+                .is_none_or(|flow| !flow.returns)
+        });
+        if !flow.returns && !passes_on && flow.faults.is_empty() && !roots.contains(&function) {
+            offences.push(Offence {
+                function,
+                site: function,
+                what: format!("{} never returns", image.name(function)),
+            });
+        }
+    }
+    offences
+}
+
+/// The way from a root to the offence, with the line of each call.
+fn show(
+    text: &mut String,
+    image: &Image,
+    sources: &Sources,
+    path: Option<&Vec<Step>>,
+    offence: &Offence,
+) {
+    let path = path.map(Vec::as_slice).unwrap_or_default();
+    let root = match path.first() {
+        Some(first) => image.function_at(first.site).map(|(start, _)| start),
+        None => Some(offence.function),
+    };
+    let _ = writeln!(text, "   {}", image.name(root.unwrap_or(offence.function)));
+    for step in path {
+        let _ = writeln!(
+            text,
+            "   -> {}  called at {}",
+            image.name(step.target),
+            sources.line(step.site)
+        );
+    }
+    let _ = writeln!(text, "   at {:#010x}:", offence.site);
+    for place in sources.places(offence.site) {
+        let function = place.function.unwrap_or_default();
+        let _ = writeln!(text, "      {}  {function}", place.line);
+    }
+}
+
+/// The panics that are in the image all the same, and who may call them: start-up.
+fn remaining(
+    text: &mut String,
+    image: &Image,
+    sources: &Sources,
+    graph: &Graph,
+    paths: &BTreeMap<u32, Vec<Step>>,
+) {
+    let names: BTreeMap<u32, &str> = image
+        .functions
+        .iter()
+        .filter(|(_, function)| panics(&function.name))
+        .map(|(&start, function)| (start, function.name.as_str()))
+        .collect();
+    let _ = writeln!(text, "\n{} panicking functions in the image", names.len());
+    for (&panic, name) in &names {
+        let _ = writeln!(text, "   {name}");
+        for (&caller, flow) in &graph.functions {
+            for &(site, _) in flow.calls.keys().filter(|(_, target)| *target == panic) {
+                let when = if paths.contains_key(&caller) && !names.contains_key(&caller) {
+                    "after start-up"
+                } else {
+                    "start-up only"
+                };
+                let _ = writeln!(
+                    text,
+                    "      from {} at {} ({when})",
+                    image.name(caller),
+                    sources.line(site)
+                );
+            }
+        }
+    }
+}
