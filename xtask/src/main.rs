@@ -43,6 +43,14 @@ enum Chore {
         #[command(flatten)]
         which: Which,
     },
+    /// How deep the stack can get
+    Stack {
+        #[command(flatten)]
+        which: Which,
+        /// Fail if it is deeper than the board's promise, or than there is room
+        #[arg(long)]
+        check: bool,
+    },
 }
 
 fn main() -> ExitCode {
@@ -51,6 +59,7 @@ fn main() -> ExitCode {
         Chore::Test => steps::run_all(&mut session),
         Chore::Firmware => told(image::firmware(&session)),
         Chore::Size { which, check } => told(image::size(&session, which, check)),
+        Chore::Stack { which, check } => told(image::stack(&session, which, check)),
         Chore::Panics { which } => told(image::panics(&session, which)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));

@@ -68,6 +68,22 @@ pub struct Instruction {
     pub text: String,
 }
 
+impl Instruction {
+    /// Whether the next instruction may follow, as far as this one knows.
+    pub fn goes_on(&self) -> bool {
+        let leaves = matches!(
+            self.operation,
+            Operation::Branch(_)
+                | Operation::JumpRegister(_)
+                | Operation::Return(_)
+                | Operation::Table { .. }
+                | Operation::Jump
+                | Operation::Trap
+        );
+        self.conditional || !leaves
+    }
+}
+
 /// All of an image's instructions, by address.
 pub type Code = BTreeMap<u32, Instruction>;
 

@@ -1,6 +1,6 @@
 //! One function's control flow: follows every way through it, with the stack's depth and the addresses in registers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::ops::Range;
 
@@ -24,6 +24,8 @@ pub struct Flow {
     pub returns: bool,
     /// What stands in the way of knowing more, or stops the program, by its instruction's address.
     pub faults: BTreeMap<u32, Fault>,
+    /// From which instructions one jumps to which, other than to the next one.
+    pub jumps: BTreeMap<u32, BTreeSet<u32>>,
 }
 
 /// Something that no instruction on the way of a running controller may be.
@@ -45,6 +47,11 @@ impl Fault {
     /// Whether only the bound on the stack suffers.
     pub fn is_about_the_stack(&self) -> bool {
         matches!(self, Self::Stack(_) | Self::Unbalanced(_))
+    }
+
+    /// Whether a stack may be deeper for it than what was seen.
+    pub fn hides_something(&self) -> bool {
+        *self != Self::Trap
     }
 }
 
@@ -245,6 +252,10 @@ impl<R: Fn(u32) -> bool> Walk<'_, R> {
             let returns = self.call(from, target, state.depth);
             self.flow.returns |= returns;
             return;
+        }
+        let next = self.code.get(&from).map(|instruction| instruction.next);
+        if next != Some(target) {
+            self.flow.jumps.entry(target).or_default().insert(from);
         }
         let merged = match self.states.get(&target) {
             Some(known) => {

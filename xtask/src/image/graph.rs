@@ -9,6 +9,7 @@ use super::elf::Image;
 use super::flow::{Flow, follow};
 
 pub struct Graph {
+    code: Code,
     pub functions: BTreeMap<u32, Flow>,
 }
 
@@ -23,32 +24,41 @@ impl Graph {
     /// Follows everything that the roots call.
     pub fn new(image: &Image, roots: impl IntoIterator<Item = u32>) -> Result<Self> {
         let code = decode(image)?;
-        Ok(Self::of_code(image, &code, roots))
+        let functions = functions(image, &code, roots);
+        Ok(Self { code, functions })
     }
 
-    /// Whether a function returns decides what its callers run into after the call. So all are taken not to return
-    /// until the opposite is seen, and then their callers are followed anew.
-    fn of_code(image: &Image, code: &Code, roots: impl IntoIterator<Item = u32>) -> Self {
-        let mut functions: BTreeMap<u32, Flow> = BTreeMap::new();
-        let mut callers: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
-        let mut pending: BTreeSet<u32> = roots.into_iter().collect();
-        while let Some(entry) = pending.pop_first() {
-            let flow = follow(image, code, entry, |target| {
-                functions.get(&target).is_some_and(|flow| flow.returns)
+    /// Where a function jumps from to the stretch of code that ends in this instruction. The compiler makes one call of
+    /// many that are alike; these tell them apart.
+    pub fn origins(&self, function: u32, site: u32) -> Vec<u32> {
+        let Some(flow) = self.functions.get(&function) else {
+            return Vec::new();
+        };
+        let mut at = site;
+        loop {
+            let before = self.code.range(..at).next_back();
+            let before = before.filter(|(before, instruction)| {
+                instruction.next == at && instruction.goes_on() && self.comes_back(flow, **before)
             });
-            for &(_, target) in flow.calls.keys() {
-                callers.entry(target).or_default().insert(entry);
-                if !functions.contains_key(&target) && target != entry {
-                    pending.insert(target);
+            let jumps = flow.jumps.get(&at).into_iter().flatten().copied();
+            match before {
+                Some((&before, _)) if flow.jumps.contains_key(&at) => {
+                    return jumps.chain([before]).collect();
                 }
+                Some((&before, _)) => at = before,
+                None => return jumps.collect(),
             }
-            let returned = functions.get(&entry).is_some_and(|flow| flow.returns);
-            if flow.returns && !returned {
-                pending.extend(callers.get(&entry).into_iter().flatten());
-            }
-            functions.insert(entry, flow);
         }
-        Self { functions }
+    }
+
+    /// Whether what an instruction calls, if it calls, ever returns.
+    fn comes_back(&self, flow: &Flow, site: u32) -> bool {
+        let mut targets = flow
+            .calls
+            .range((site, 0)..=(site, u32::MAX))
+            .map(|((_, target), _)| self.functions.get(target))
+            .peekable();
+        targets.peek().is_none() || targets.flatten().any(|flow| flow.returns)
     }
 
     /// The shortest way to each function from the roots; `stop` says which are not entered.
@@ -78,4 +88,33 @@ impl Graph {
         }
         paths
     }
+}
+
+/// Whether a function returns decides what its callers run into after the call. So all are taken not to return
+/// until the opposite is seen, and then their callers are followed anew.
+fn functions(
+    image: &Image,
+    code: &Code,
+    roots: impl IntoIterator<Item = u32>,
+) -> BTreeMap<u32, Flow> {
+    let mut functions: BTreeMap<u32, Flow> = BTreeMap::new();
+    let mut callers: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    let mut pending: BTreeSet<u32> = roots.into_iter().collect();
+    while let Some(entry) = pending.pop_first() {
+        let flow = follow(image, code, entry, |target| {
+            functions.get(&target).is_some_and(|flow| flow.returns)
+        });
+        for &(_, target) in flow.calls.keys() {
+            callers.entry(target).or_default().insert(entry);
+            if !functions.contains_key(&target) && target != entry {
+                pending.insert(target);
+            }
+        }
+        let returned = functions.get(&entry).is_some_and(|flow| flow.returns);
+        if flow.returns && !returned {
+            pending.extend(callers.get(&entry).into_iter().flatten());
+        }
+        functions.insert(entry, flow);
+    }
+    functions
 }

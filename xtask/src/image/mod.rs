@@ -9,6 +9,7 @@ mod panics;
 mod reduce;
 mod size;
 mod source;
+mod stack;
 mod table;
 pub mod toolchain;
 mod values;
@@ -62,5 +63,17 @@ pub fn panics(session: &Session, which: Which) -> Result<()> {
         offences == 0,
         "{offences} ways to stop the firmware after start-up"
     );
+    Ok(())
+}
+
+/// `cargo xtask stack`.
+pub fn stack(session: &Session, which: Which, check: bool) -> Result<()> {
+    let image = which.read(session)?;
+    let sources = Sources::new(&image, session.root.clone())?;
+    let bound = stack::bound(&image, &sources)?;
+    print!("{}", bound.text);
+    if check {
+        stack::check(&bound)?;
+    }
     Ok(())
 }

@@ -10,7 +10,7 @@ use anyhow::{Result, ensure};
 
 use super::elf::Image;
 use super::graph::{Graph, Step};
-use super::source::Sources;
+use super::source::{Place, Sources};
 
 /// A name that only something that panics has.
 fn panics(name: &str) -> bool {
@@ -70,13 +70,7 @@ pub fn report(image: &Image, sources: &Sources) -> Result<(String, usize)> {
     );
     for (number, offence) in offences.iter().enumerate() {
         let _ = writeln!(text, "\n{}. {}", number + 1, offence.what);
-        show(
-            &mut text,
-            image,
-            sources,
-            paths.get(&offence.function),
-            offence,
-        );
+        show(&mut text, image, sources, &graph, &paths, offence);
     }
     remaining(&mut text, image, sources, &graph, &paths);
     let _ = writeln!(
@@ -158,15 +152,18 @@ fn show(
     text: &mut String,
     image: &Image,
     sources: &Sources,
-    path: Option<&Vec<Step>>,
+    graph: &Graph,
+    paths: &BTreeMap<u32, Vec<Step>>,
     offence: &Offence,
 ) {
-    let path = path.map(Vec::as_slice).unwrap_or_default();
+    let path = paths.get(&offence.function).map(Vec::as_slice);
+    let path = path.unwrap_or_default();
     let root = match path.first() {
         Some(first) => image.function_at(first.site).map(|(start, _)| start),
         None => Some(offence.function),
     };
-    let _ = writeln!(text, "   {}", image.name(root.unwrap_or(offence.function)));
+    let root = root.unwrap_or(offence.function);
+    let _ = writeln!(text, "   {}", image.name(root));
     for step in path {
         let _ = writeln!(
             text,
@@ -175,10 +172,17 @@ fn show(
             sources.line(step.site)
         );
     }
-    let _ = writeln!(text, "   at {:#010x}:", offence.site);
-    for place in sources.places(offence.site) {
-        let function = place.function.unwrap_or_default();
-        let _ = writeln!(text, "      {}  {function}", place.line);
+    let mut shown = BTreeSet::new();
+    let origins = graph.origins(offence.function, offence.site);
+    for site in origins.into_iter().chain([offence.site]) {
+        let places = sources.places(site);
+        let lines: Vec<_> = places.iter().map(|place| place.line.clone()).collect();
+        if shown.insert(lines) {
+            let _ = writeln!(text, "   at {site:#010x}:");
+            for Place { line, function } in places {
+                let _ = writeln!(text, "      {line}  {}", function.unwrap_or_default());
+            }
+        }
     }
 }
 
@@ -199,9 +203,10 @@ fn remaining(
     let _ = writeln!(text, "\n{} panicking functions in the image", names.len());
     for (&panic, name) in &names {
         let _ = writeln!(text, "   {name}");
-        for (&caller, flow) in &graph.functions {
+        let callers = graph.functions.iter();
+        for (&caller, flow) in callers.filter(|(caller, _)| !names.contains_key(caller)) {
             for &(site, _) in flow.calls.keys().filter(|(_, target)| *target == panic) {
-                let when = if paths.contains_key(&caller) && !names.contains_key(&caller) {
+                let when = if paths.contains_key(&caller) {
                     "after start-up"
                 } else {
                     "start-up only"
