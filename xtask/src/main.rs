@@ -57,10 +57,10 @@ fn main() -> ExitCode {
     let mut session = Session::new();
     let good = match Chore::parse() {
         Chore::Test => steps::run_all(&mut session),
-        Chore::Firmware => told(image::firmware(&session)),
-        Chore::Size { which, check } => told(image::size(&session, which, check)),
-        Chore::Stack { which, check } => told(image::stack(&session, which, check)),
-        Chore::Panics { which } => told(image::panics(&session, which)),
+        Chore::Firmware => told(&image::firmware(&session)),
+        Chore::Size { which, check } => told(&image::size(&session, which, check)),
+        Chore::Stack { which, check } => told(&image::stack(&session, which, check)),
+        Chore::Panics { which } => told(&image::panics(&session, which)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
             let outcome = Outcome::from(readme::check(&session, &file));
@@ -76,8 +76,8 @@ fn main() -> ExitCode {
 }
 
 /// Says what went wrong; whether nothing did.
-fn told(result: Result<()>) -> bool {
-    if let Err(error) = &result {
+fn told(result: &Result<()>) -> bool {
+    if let Err(error) = result {
         eprintln!("error: {error:#}");
     }
     result.is_ok()

@@ -44,8 +44,6 @@ pub struct Segment {
 }
 
 pub struct Image {
-    /// The file itself, for its debug information.
-    pub file: Vec<u8>,
     pub entry: u32,
     pub segments: Vec<Segment>,
     pub sections: Vec<Section>,
@@ -56,6 +54,8 @@ pub struct Image {
     addresses: BTreeMap<String, u32>,
     /// The stretches of instructions between the tables and constants.
     pub code: Vec<Range<u32>>,
+    /// The file itself, for its debug information.
+    pub file: Vec<u8>,
 }
 
 impl Image {
@@ -317,7 +317,6 @@ pub mod tests {
             bytes: bytes.to_vec(),
         };
         Image {
-            file: Vec::new(),
             entry: 0x0800_0000,
             segments: segments.iter().map(segment).collect(),
             sections: Vec::new(),
@@ -325,6 +324,7 @@ pub mod tests {
             functions: BTreeMap::new(),
             addresses: BTreeMap::new(),
             code: Vec::new(),
+            file: Vec::new(),
         }
     }
 

@@ -68,7 +68,7 @@ impl fmt::Display for Fault {
 }
 
 /// Follows a function from its first instruction. `returns` says of another one whether it ever comes back.
-pub fn follow(image: &Image, code: &Code, entry: u32, returns: impl Fn(u32) -> bool) -> Flow {
+pub fn follow<R: Fn(u32) -> bool>(image: &Image, code: &Code, entry: u32, returns: R) -> Flow {
     let mut walk = Walk {
         image,
         code,
@@ -81,7 +81,7 @@ pub fn follow(image: &Image, code: &Code, entry: u32, returns: impl Fn(u32) -> b
     while let Some(address) = walk.pending.pop() {
         let state = walk.states.get(&address).cloned();
         if let Some(state) = state {
-            walk.step(address, state);
+            walk.step(address, &state);
         }
     }
     walk.flow
@@ -108,7 +108,7 @@ struct Walk<'a, R> {
 }
 
 impl<R: Fn(u32) -> bool> Walk<'_, R> {
-    fn step(&mut self, address: u32, before: State) {
+    fn step(&mut self, address: u32, before: &State) {
         let code = self.code;
         let Some(instruction) = code.get(&address) else {
             self.flow.faults.insert(address, Fault::Undecodable);
@@ -127,28 +127,20 @@ impl<R: Fn(u32) -> bool> Walk<'_, R> {
                 comes_back
             }
             Operation::CallRegister(register) => {
-                let targets = self.code_addresses(before.get(*register));
-                let comes_back = match targets {
-                    Some(targets) => targets.iter().fold(false, |comes_back, &target| {
+                let comes_back = if let Some(targets) = self.code_addresses(before.get(*register)) {
+                    targets.iter().fold(false, |comes_back, &target| {
                         self.call(address, target, before.depth) | comes_back
-                    }),
-                    None => {
-                        self.fault(address, Fault::Indirect(instruction.text.clone()));
-                        true
-                    }
+                    })
+                } else {
+                    self.fault(address, Fault::Indirect(instruction.text.clone()));
+                    true
                 };
                 after.forget_after_call();
                 comes_back
             }
             Operation::JumpRegister(register) => {
-                match self.code_addresses(before.get(*register)) {
-                    Some(targets) => {
-                        for target in targets {
-                            self.go(address, target, after.clone());
-                        }
-                    }
-                    None => self.fault(address, Fault::Indirect(instruction.text.clone())),
-                }
+                let targets = self.code_addresses(before.get(*register));
+                self.go_to_one_of(address, instruction, targets, &after);
                 false
             }
             Operation::Return(popped) => {
@@ -159,18 +151,13 @@ impl<R: Fn(u32) -> bool> Walk<'_, R> {
                 false
             }
             Operation::Table { halfwords } => {
-                match table::targets(self.image, code, &self.range, instruction.next, *halfwords) {
-                    Some(targets) => {
-                        for target in targets {
-                            self.go(address, target, after.clone());
-                        }
-                    }
-                    None => self.fault(address, Fault::Indirect(instruction.text.clone())),
-                }
+                let start = instruction.next;
+                let targets = table::targets(self.image, code, &self.range, start, *halfwords);
+                self.go_to_one_of(address, instruction, targets, &after);
                 false
             }
             Operation::Jump => {
-                self.fault(address, Fault::Indirect(instruction.text.clone()));
+                self.go_to_one_of(address, instruction, None, &after);
                 false
             }
             Operation::Trap => {
@@ -178,14 +165,14 @@ impl<R: Fn(u32) -> bool> Walk<'_, R> {
                 false
             }
             _ => {
-                self.compute(address, instruction, &before, &mut after);
+                self.compute(address, instruction, before, &mut after);
                 true
             }
         };
         self.flow.depth = self.flow.depth.max(after.depth);
         if instruction.conditional {
             // Also the way on which nothing of it happened.
-            after = after.or(&before);
+            after = after.or(before);
         }
         if goes_on || instruction.conditional {
             self.go(address, instruction.next, after);
@@ -205,6 +192,10 @@ impl<R: Fn(u32) -> bool> Walk<'_, R> {
             Operation::Stack(bytes) => after.depth += bytes,
             Operation::StackFrom(register) => match before.get(register) {
                 Value::Stack(depth) => after.depth = depth,
+                // A fault handler that takes the whole stack anew is at its start.
+                Value::Constants([top, ..], 1) if image.address_of("_stack_start") == Some(top) => {
+                    after.depth = 0;
+                }
                 _ => self.fault(address, Fault::Stack(instruction.text.clone())),
             },
             Operation::StackUnknown => {
@@ -243,6 +234,24 @@ impl<R: Fn(u32) -> bool> Walk<'_, R> {
         if !(0..BOTTOMLESS).contains(&after.depth) {
             self.fault(address, Fault::Stack(instruction.text.clone()));
             after.depth = after.depth.clamp(0, BOTTOMLESS);
+        }
+    }
+
+    /// Goes on at each of several addresses, if they are known.
+    fn go_to_one_of(
+        &mut self,
+        from: u32,
+        instruction: &Instruction,
+        targets: Option<Vec<u32>>,
+        state: &State,
+    ) {
+        match targets {
+            Some(targets) => {
+                for target in targets {
+                    self.go(from, target, state.clone());
+                }
+            }
+            None => self.fault(from, Fault::Indirect(instruction.text.clone())),
         }
     }
 

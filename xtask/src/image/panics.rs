@@ -5,12 +5,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
+use std::ops::RangeInclusive;
 
 use anyhow::{Result, ensure};
 
 use super::elf::Image;
 use super::graph::{Graph, Step};
 use super::source::{Place, Sources};
+
+/// The numbers of the exceptions after which there is nothing left to do.
+const FAULTS: RangeInclusive<u32> = 2..=6;
 
 /// A name that only something that panics has.
 fn panics(name: &str) -> bool {
@@ -54,9 +58,17 @@ pub fn report(image: &Image, sources: &Sources) -> Result<(String, usize)> {
     let handlers = image.handlers()?;
     let roots: BTreeSet<u32> = handlers.keys().copied().chain(idle).collect();
     let graph = Graph::new(image, roots.iter().copied().chain([image.entry]))?;
+    // Faults, and interrupts that nobody serves, end in a loop on purpose: until the watchdog resets.
+    let last =
+        |numbers: &[u32]| numbers.len() > 1 || numbers.iter().any(|number| FAULTS.contains(number));
+    let serving = roots
+        .iter()
+        .copied()
+        .filter(|root| !handlers.get(root).is_some_and(|numbers| last(numbers)));
     let sink = |function: u32| panics(&image.name(function));
     let paths = graph.paths(roots.iter().copied(), sink);
-    let offences = offences(image, &graph, &roots, &paths);
+    let must_go_on = graph.paths(serving, sink).into_keys().collect();
+    let offences = offences(image, &graph, &paths, &must_go_on);
 
     let mut text = String::new();
     // Writing into a string cannot fail.
@@ -82,7 +94,7 @@ pub fn report(image: &Image, sources: &Sources) -> Result<(String, usize)> {
 }
 
 /// The idle loop, which must not be inlined into `main`: start-up may panic, and the two must be told apart.
-fn idle(image: &Image) -> Result<Vec<u32>> {
+pub fn idle(image: &Image) -> Result<Vec<u32>> {
     let named = image
         .functions
         .iter()
@@ -98,8 +110,8 @@ fn idle(image: &Image) -> Result<Vec<u32>> {
 fn offences(
     image: &Image,
     graph: &Graph,
-    roots: &BTreeSet<u32>,
     paths: &BTreeMap<u32, Vec<Step>>,
+    must_go_on: &BTreeSet<u32>,
 ) -> Vec<Offence> {
     let mut offences = Vec::new();
     for &function in paths.keys() {
@@ -136,7 +148,9 @@ fn offences(
                 .get(&target)
                 .is_none_or(|flow| !flow.returns)
         });
-        if !flow.returns && !passes_on && flow.faults.is_empty() && !roots.contains(&function) {
+        let hangs = !flow.returns && !passes_on && flow.faults.is_empty();
+        let is_root = paths[&function].is_empty();
+        if hangs && !is_root && must_go_on.contains(&function) {
             offences.push(Offence {
                 function,
                 site: function,

@@ -142,10 +142,10 @@ impl Decoded<'_> {
             I::POP | I::VPOP => Operation::Stack(-bytes(0)),
             I::STMDB | I::VSTMDB => Operation::Stack(bytes(1)),
             I::LDM | I::VLDMIA => Operation::Stack(-bytes(1)),
-            I::SUB | I::SUBW if self.from_stack() => self
+            I::SUB | I::SUBW if self.adds_to_stack() => self
                 .immediate(last)
                 .map_or(Operation::StackUnknown, Operation::Stack),
-            I::ADD | I::ADDW if self.from_stack() => self
+            I::ADD | I::ADDW if self.adds_to_stack() => self
                 .immediate(last)
                 .map_or(Operation::StackUnknown, |bytes| Operation::Stack(-bytes)),
             I::MOV => self
@@ -194,7 +194,7 @@ impl Decoded<'_> {
                 };
                 match from {
                     Some(from) => O::Add(to, from, value),
-                    None if self.from_stack() => O::AddStack(to, value),
+                    None if self.adds_to_stack() => O::AddStack(to, value),
                     None if self.is(1, ArmReg::ARM_REG_PC) => {
                         O::Constant(to, self.program_counter().wrapping_add_signed(value))
                     }
@@ -231,7 +231,8 @@ impl Decoded<'_> {
         (self.address & !3) + 4
     }
 
-    fn from_stack(&self) -> bool {
+    /// Whether the stack pointer is what something is added to or subtracted from.
+    fn adds_to_stack(&self) -> bool {
         // `sub sp, #8` is short for `sub sp, sp, #8`.
         self.is(1, ArmReg::ARM_REG_SP) || self.operands.len() == 2 && self.is(0, ArmReg::ARM_REG_SP)
     }

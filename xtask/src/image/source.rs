@@ -70,7 +70,9 @@ impl<'a> Sources<'a> {
     /// The innermost line that is the project's own, or else the innermost.
     pub fn line(&self, address: u32) -> String {
         let places = self.places(address);
-        let own = places.iter().find(|place| !place.line.starts_with('<'));
+        let own = places
+            .iter()
+            .find(|place| !place.line.starts_with('<') && !place.line.ends_with(":0"));
         own.or(places.first())
             .map_or_else(|| format!("{address:#010x}"), |place| place.line.clone())
     }

@@ -21,20 +21,20 @@ const EXCEPTION_FRAME: u32 = 112;
 
 /// The deepest way from a function: the bytes, and the calls on it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Deepest {
-    pub bytes: i32,
-    pub steps: Vec<(Step, i32)>,
+struct Deepest {
+    bytes: i32,
+    steps: Vec<(Step, i32)>,
 }
 
 pub struct Bound {
-    pub total: u32,
-    /// What the linker left for the stack.
-    pub room: Option<u32>,
     pub text: String,
+    total: u32,
+    /// What the linker left for the stack.
+    room: Option<u32>,
 }
 
 /// The deepest way from a function on. Functions that call themselves, and ways that cannot be followed, are errors.
-pub fn deepest(
+fn deepest(
     image: &Image,
     graph: &Graph,
     root: u32,
@@ -98,12 +98,22 @@ pub fn bound(image: &Image, sources: &Sources) -> Result<Bound> {
             let _ = writeln!(text, "{frame:>6}  registers saved on entry");
         }
     }
+    // Start-up runs only once: what the program needs from then on is worth knowing, too.
+    for idle in super::panics::idle(image)? {
+        let deepest = deepest(image, &graph, idle, &mut known, &mut Vec::new())?;
+        let _ = writeln!(
+            text,
+            "not added, as the reset leads to it: {}",
+            deepest.bytes
+        );
+        show(&mut text, image, &graph, idle, &deepest);
+    }
     let room = room(image);
     let _ = writeln!(text, "{total:>6}  bytes of stack at most, of {LIMIT}");
     if let Some(room) = room {
         let _ = writeln!(text, "{room:>6}  bytes are there for it");
     }
-    Ok(Bound { total, room, text })
+    Ok(Bound { text, total, room })
 }
 
 /// Each function on the way, with what it holds while it calls the next.
