@@ -42,6 +42,9 @@ enum Chore {
     Panics {
         #[command(flatten)]
         which: Which,
+        /// Put a panic into a copy of the repository, and see that it is found
+        #[arg(long, conflicts_with = "elf")]
+        artificial: bool,
     },
     /// How deep the stack can get
     Stack {
@@ -51,21 +54,31 @@ enum Chore {
         #[arg(long)]
         check: bool,
     },
+    /// Count the instructions of the control tick on the emulated board
+    Count {
+        /// What the base is told meanwhile
+        #[arg(long, default_value = "hil-sim/scenarios/every-state.script")]
+        script: String,
+        #[command(flatten)]
+        which: Which,
+    },
 }
 
 fn main() -> ExitCode {
     let mut session = Session::new();
     let good = match Chore::parse() {
         Chore::Test => steps::run_all(&mut session),
-        Chore::Firmware => told(&image::firmware(&session)),
+        Chore::Firmware => told(&image::firmware(&session).map(drop)),
         Chore::Size { which, check } => told(&image::size(&session, which, check)),
         Chore::Stack { which, check } => told(&image::stack(&session, which, check)),
-        Chore::Panics { which } => told(&image::panics(&session, which)),
+        Chore::Count { script, which } => told(&image::count(&session, &script, which)),
+        Chore::Panics {
+            artificial: true, ..
+        } => finished(image::artificial_panic(&session)),
+        Chore::Panics { which, .. } => told(&image::panics(&session, which)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
-            let outcome = Outcome::from(readme::check(&session, &file));
-            println!("\n{outcome}");
-            !matches!(outcome, Outcome::Failed(_))
+            finished(readme::check(&session, &file))
         }
     };
     if good {
@@ -73,6 +86,13 @@ fn main() -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
+}
+
+/// Says how it ended; whether well.
+fn finished(result: Result<Outcome>) -> bool {
+    let outcome = Outcome::from(result);
+    println!("\n{outcome}");
+    !matches!(outcome, Outcome::Failed(_))
 }
 
 /// Says what went wrong; whether nothing did.

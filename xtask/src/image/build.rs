@@ -54,7 +54,7 @@ pub fn given_or_built(session: &Session, elf: Option<PathBuf>) -> Result<PathBuf
 }
 
 /// Said to cargo, too: its own settings may name another.
-fn target_folder(session: &Session) -> PathBuf {
+pub fn target_folder(session: &Session) -> PathBuf {
     let folder = std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into());
     session.root.join(folder)
 }

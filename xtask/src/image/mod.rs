@@ -1,5 +1,6 @@
 //! The firmware's image: building it, and proving things about the machine code that the linker left.
 
+mod artificial;
 pub mod build;
 mod decode;
 mod elf;
@@ -16,15 +17,17 @@ mod values;
 
 use std::path::PathBuf;
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::Args;
 
-use crate::run::Session;
+use crate::run::{Outcome, Session};
 use elf::Image;
 use source::Sources;
 
+pub use artificial::check as artificial_panic;
+
 /// Which image is looked at.
-#[derive(Args)]
+#[derive(Args, Default)]
 pub struct Which {
     /// Another ELF file than the firmware of this repository, which is built first
     elf: Option<PathBuf>,
@@ -36,11 +39,11 @@ impl Which {
     }
 }
 
-/// `cargo firmware`.
-pub fn firmware(session: &Session) -> Result<()> {
-    let image = Image::read(&build::firmware(session)?)?;
-    println!("{}", size::summary(&image));
-    Ok(())
+/// `cargo firmware`; the ELF file.
+pub fn firmware(session: &Session) -> Result<PathBuf> {
+    let elf = build::firmware(session)?;
+    println!("{}", size::summary(&Image::read(&elf)?));
+    Ok(elf)
 }
 
 /// `cargo xtask size`.
@@ -57,11 +60,12 @@ pub fn size(session: &Session, which: Which, check: bool) -> Result<()> {
 pub fn panics(session: &Session, which: Which) -> Result<()> {
     let image = which.read(session)?;
     let sources = Sources::new(&image, session.root.clone())?;
-    let (text, offences) = panics::report(&image, &sources)?;
-    print!("{text}");
+    let report = panics::report(&image, &sources)?;
+    print!("{}", report.text);
     ensure!(
-        offences == 0,
-        "{offences} ways to stop the firmware after start-up"
+        report.offences.is_empty(),
+        "{} ways to stop the firmware after start-up",
+        report.offences.len()
     );
     Ok(())
 }
@@ -76,4 +80,17 @@ pub fn stack(session: &Session, which: Which, check: bool) -> Result<()> {
         stack::check(&bound)?;
     }
     Ok(())
+}
+
+/// `cargo xtask count`: the instructions of a control tick, counted on the emulated board.
+pub fn count(session: &Session, script: &str, which: Which) -> Result<()> {
+    let image = build::given_or_built(session, which.elf)?;
+    let mut simulator = session.cargo(
+        "run --release --ignore-rust-version --package hil-sim --features emulator -- count",
+    );
+    simulator.arg(script).arg("--image").arg(image);
+    match session.run(&mut simulator)? {
+        Outcome::Passed => Ok(()),
+        Outcome::Failed(why) | Outcome::Skipped(why) => bail!("nothing counted: {why}"),
+    }
 }

@@ -52,8 +52,15 @@ struct Offence {
     what: String,
 }
 
-/// The whole account; the number of offences.
-pub fn report(image: &Image, sources: &Sources) -> Result<(String, usize)> {
+/// What was found.
+pub struct Report {
+    pub text: String,
+    /// Each way to stop the firmware, with how one gets there.
+    pub offences: Vec<String>,
+}
+
+/// Follows everything that runs after start-up.
+pub fn report(image: &Image, sources: &Sources) -> Result<Report> {
     let idle = idle(image)?;
     let handlers = image.handlers()?;
     let roots: BTreeSet<u32> = handlers.keys().copied().chain(idle).collect();
@@ -80,9 +87,12 @@ pub fn report(image: &Image, sources: &Sources) -> Result<(String, usize)> {
         names.join(", "),
         paths.len()
     );
+    let offences: Vec<_> = offences
+        .iter()
+        .map(|offence| show(image, sources, &graph, &paths, offence))
+        .collect();
     for (number, offence) in offences.iter().enumerate() {
-        let _ = writeln!(text, "\n{}. {}", number + 1, offence.what);
-        show(&mut text, image, sources, &graph, &paths, offence);
+        let _ = write!(text, "\n{}. {offence}", number + 1);
     }
     remaining(&mut text, image, sources, &graph, &paths);
     let _ = writeln!(
@@ -90,7 +100,7 @@ pub fn report(image: &Image, sources: &Sources) -> Result<(String, usize)> {
         "\n{} ways to stop the firmware after start-up",
         offences.len()
     );
-    Ok((text, offences.len()))
+    Ok(Report { text, offences })
 }
 
 /// The idle loop, which must not be inlined into `main`: start-up may panic, and the two must be told apart.
@@ -163,13 +173,13 @@ fn offences(
 
 /// The way from a root to the offence, with the line of each call.
 fn show(
-    text: &mut String,
     image: &Image,
     sources: &Sources,
     graph: &Graph,
     paths: &BTreeMap<u32, Vec<Step>>,
     offence: &Offence,
-) {
+) -> String {
+    let mut text = format!("{}\n", offence.what);
     let path = paths.get(&offence.function).map(Vec::as_slice);
     let path = path.unwrap_or_default();
     let root = match path.first() {
@@ -198,6 +208,7 @@ fn show(
             }
         }
     }
+    text
 }
 
 /// The panics that are in the image all the same, and who may call them: start-up.
