@@ -4,6 +4,8 @@ mod artificial;
 pub mod build;
 mod decode;
 mod elf;
+#[cfg(test)]
+mod fixture;
 mod flow;
 mod graph;
 mod panics;
@@ -12,6 +14,8 @@ mod size;
 mod source;
 mod stack;
 mod table;
+#[cfg(test)]
+mod tests;
 pub mod toolchain;
 mod values;
 
