@@ -29,7 +29,11 @@ enum Chore {
         file: Option<PathBuf>,
     },
     /// Build the firmware: target/firmware/vehicle-controller.elf, .bin and .hex
-    Firmware,
+    Firmware {
+        /// Write it through the board's ST-LINK, too, and show the firmware's log
+        #[arg(long)]
+        flash: bool,
+    },
     /// What the firmware takes of flash and RAM
     Size {
         #[command(flatten)]
@@ -68,7 +72,8 @@ fn main() -> ExitCode {
     let mut session = Session::new();
     let good = match Chore::parse() {
         Chore::Test => steps::run_all(&mut session),
-        Chore::Firmware => told(&image::firmware(&session).map(drop)),
+        Chore::Firmware { flash: false } => told(&image::firmware(&session).map(drop)),
+        Chore::Firmware { flash: true } => told(&image::flash(&session)),
         Chore::Size { which, check } => told(&image::size(&session, which, check)),
         Chore::Stack { which, check } => told(&image::stack(&session, which, check)),
         Chore::Count { script, which } => told(&image::count(&session, &script, which)),

@@ -20,15 +20,19 @@ pub mod toolchain;
 mod values;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::{Result, bail, ensure};
 use clap::Args;
 
-use crate::run::{Outcome, Session};
+use crate::run::{Outcome, Session, succeeds};
 use elf::Image;
 use source::Sources;
 
 pub use artificial::check as artificial_panic;
+
+/// The board's microcontroller, as probe-rs calls it.
+const CHIP: &str = "STM32F429ZITx";
 
 /// Which image is looked at.
 #[derive(Args, Default)]
@@ -48,6 +52,21 @@ pub fn firmware(session: &Session) -> Result<PathBuf> {
     let elf = build::firmware(session)?;
     println!("{}", size::summary(&Image::read(&elf)?));
     Ok(elf)
+}
+
+/// `cargo flash`.
+pub fn flash(session: &Session) -> Result<()> {
+    let elf = firmware(session)?;
+    let probe = session.command("probe-rs", ["--version"]);
+    ensure!(
+        succeeds(probe, Duration::from_secs(20)),
+        "probe-rs is missing: install it with `cargo install --locked probe-rs-tools`, or as https://probe.rs says"
+    );
+    let mut probe = session.command("probe-rs", ["run", "--chip", CHIP]);
+    match session.run(probe.arg(elf))? {
+        Outcome::Passed => Ok(()),
+        Outcome::Failed(why) | Outcome::Skipped(why) => bail!("probe-rs: {why}"),
+    }
 }
 
 /// `cargo xtask size`.

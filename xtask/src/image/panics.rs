@@ -63,7 +63,7 @@ pub struct Report {
 pub fn report(image: &Image, sources: &Sources) -> Result<Report> {
     let idle = idle(image)?;
     let handlers = image.handlers()?;
-    let roots: BTreeSet<u32> = handlers.keys().copied().chain(idle).collect();
+    let roots: BTreeSet<u32> = handlers.keys().copied().chain(idle.clone()).collect();
     let graph = Graph::new(image, roots.iter().copied().chain([image.entry]))?;
     // Faults, and interrupts that nobody serves, end in a loop on purpose: until the watchdog resets.
     let last =
@@ -74,8 +74,9 @@ pub fn report(image: &Image, sources: &Sources) -> Result<Report> {
         .filter(|root| !handlers.get(root).is_some_and(|numbers| last(numbers)));
     let sink = |function: u32| panics(&image.name(function));
     let paths = graph.paths(roots.iter().copied(), sink);
-    let must_go_on = graph.paths(serving, sink).into_keys().collect();
-    let offences = offences(image, &graph, &paths, &must_go_on);
+    let mut must_return: BTreeSet<u32> = graph.paths(serving, sink).into_keys().collect();
+    must_return.retain(|function| !idle.contains(function));
+    let offences = offences(image, &graph, &paths, &must_return);
 
     let mut text = String::new();
     // Writing into a string cannot fail.
@@ -121,7 +122,7 @@ fn offences(
     image: &Image,
     graph: &Graph,
     paths: &BTreeMap<u32, Vec<Step>>,
-    must_go_on: &BTreeSet<u32>,
+    must_return: &BTreeSet<u32>,
 ) -> Vec<Offence> {
     let mut offences = Vec::new();
     for &function in paths.keys() {
@@ -159,8 +160,7 @@ fn offences(
                 .is_none_or(|flow| !flow.returns)
         });
         let hangs = !flow.returns && !passes_on && flow.faults.is_empty();
-        let is_root = paths[&function].is_empty();
-        if hangs && !is_root && must_go_on.contains(&function) {
+        if hangs && must_return.contains(&function) {
             offences.push(Offence {
                 function,
                 site: function,

@@ -83,7 +83,7 @@ impl<'a> Sources<'a> {
         if let Some(own) = file.strip_prefix(&*own) {
             return own.trim_start_matches(['/', '\\']).to_owned();
         }
-        for (folder, skipped) in [("/registry/src/", 1), ("/rustc/", 2), ("/rust/library/", 0)] {
+        for (folder, skipped) in [("/registry/src/", 1), ("/library/", 0)] {
             if let Some((_, rest)) = file.split_once(folder) {
                 let parts: Vec<_> = rest.split('/').skip(skipped).collect();
                 if let Some((library, rest)) = parts.split_first() {

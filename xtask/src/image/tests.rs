@@ -112,15 +112,15 @@ fn a_function_pointer_among_constants_is_followed() {
 
 #[test]
 fn a_jump_table_is_followed() {
-    let arms: String = (0..12)
-        .map(|n| {
-            format!(
-                "{n} => {{ output({}); leaf(); output({}) }}",
-                7 * n * n,
-                n ^ 5
-            )
-        })
-        .collect();
+    // Arms that differ in what no table of constants could hold.
+    let arm = |n: usize| {
+        format!(
+            "{n} => {{ output({}); leaf(); output({}) }}\n",
+            7 * n * n,
+            n ^ 5
+        )
+    };
+    let arms: String = (0..12).map(arm).collect();
     let Some(image) = no_offence(&format!(
         "#[inline(never)] #[unsafe(no_mangle)] fn choose(way: usize) {{ match way {{ {arms} _ => leaf() }} }}
         idle! {{ choose(input()); }}"
@@ -197,7 +197,11 @@ fn the_bound_is_the_deepest_way() {
     // `last` has nothing left on the stack when it jumps to `deep`, nor has `Reset`.
     let first = text.split_whitespace().next().unwrap();
     let expected = 8 + 408 + depth_of(&image, "leaf");
-    assert_eq!(first.parse(), Ok(expected.cast_unsigned().next_multiple_of(8)), "{text}");
+    assert_eq!(
+        first.parse(),
+        Ok(expected.cast_unsigned().next_multiple_of(8)),
+        "{text}"
+    );
 }
 
 #[test]
