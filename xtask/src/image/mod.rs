@@ -87,7 +87,7 @@ pub fn panics(session: &Session, which: Which) -> Result<()> {
     print!("{}", report.text);
     ensure!(
         report.offences.is_empty(),
-        "{} ways to stop the firmware after start-up",
+        "ways to stop the firmware after start-up: {}",
         report.offences.len()
     );
     Ok(())

@@ -98,7 +98,7 @@ pub fn report(image: &Image, sources: &Sources) -> Result<Report> {
     remaining(&mut text, image, sources, &graph, &paths);
     let _ = writeln!(
         text,
-        "\n{} ways to stop the firmware after start-up",
+        "\nways to stop the firmware after start-up: {}",
         offences.len()
     );
     Ok(Report { text, offences })
@@ -228,6 +228,7 @@ fn remaining(
     let _ = writeln!(text, "\n{} panicking functions in the image", names.len());
     for (&panic, name) in &names {
         let _ = writeln!(text, "   {name}");
+        let mut lines = BTreeSet::new();
         let callers = graph.functions.iter();
         for (&caller, flow) in callers.filter(|(caller, _)| !names.contains_key(caller)) {
             for &(site, _) in flow.calls.keys().filter(|(_, target)| *target == panic) {
@@ -236,13 +237,10 @@ fn remaining(
                 } else {
                     "start-up only"
                 };
-                let _ = writeln!(
-                    text,
-                    "      from {} at {} ({when})",
-                    image.name(caller),
-                    sources.line(site)
-                );
+                let (name, line) = (image.name(caller), sources.line(site));
+                lines.insert(format!("      from {name} at {line} ({when})\n"));
             }
         }
+        text.extend(lines);
     }
 }
