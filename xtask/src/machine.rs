@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::run::{Session, capture, succeeds};
+use crate::image::toolchain::Toolchain;
+use crate::run::{Session, succeeds};
 
 /// Something a machine may lack.
 pub struct Need {
@@ -23,9 +24,15 @@ pub const NEXTEST: Need = Need {
 
 pub const FIRMWARE_TARGET: Need = Need {
     name: "Rust for thumbv7em-none-eabihf",
-    present: |session| firmware_target_installed(session) || add_firmware_target(session),
-    without: "the no_std build is left out",
-    get: "rustup target add thumbv7em-none-eabihf",
+    present: |session| {
+        let toolchain = Toolchain::get(session);
+        if let Err(error) = &toolchain {
+            println!("{error:#}");
+        }
+        toolchain.is_ok()
+    },
+    without: "the firmware is neither built nor checked nor emulated",
+    get: "rustup target add thumbv7em-none-eabihf, or as above",
 };
 
 pub const PYTHON: Need = Need {
@@ -60,7 +67,6 @@ const NEEDS: [&Need; 5] = [&NEXTEST, &FIRMWARE_TARGET, &PYTHON, &BASH, &LOGS];
 pub const PYTHON3: &str = if cfg!(windows) { "python" } else { "python3" };
 
 const PROBE: Duration = Duration::from_secs(20);
-const DOWNLOAD: Duration = Duration::from_secs(60);
 
 /// What turned out to be missing.
 pub struct Machine {
@@ -94,26 +100,4 @@ impl Machine {
 fn logs(root: &Path) -> PathBuf {
     let elsewhere = std::env::var_os("VEHICLE_CONTROLLER_SHARED").map(PathBuf::from);
     root.join(elsewhere.unwrap_or_else(|| "../shared/data".into()))
-}
-
-/// Asks the compiler, not rustup: a toolchain may come from a distribution.
-fn firmware_target_installed(session: &Session) -> bool {
-    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let ask = session.command(
-        rustc,
-        [
-            "--print",
-            "target-libdir",
-            "--target",
-            "thumbv7em-none-eabihf",
-        ],
-    );
-    capture(ask, PROBE).is_ok_and(|(_, folder)| Path::new(folder.trim()).is_dir())
-}
-
-fn add_firmware_target(session: &Session) -> bool {
-    succeeds(
-        session.command("rustup", ["target", "add", "thumbv7em-none-eabihf"]),
-        DOWNLOAD,
-    ) && firmware_target_installed(session)
 }

@@ -1,6 +1,7 @@
-//! The project's chores: `cargo xtask test` is the whole verification, `cargo xtask readme` its check of the README.
+//! The project's chores: `cargo xtask test` is the whole verification, `cargo firmware` builds the image.
 
 mod diff;
+mod image;
 mod machine;
 mod pyserial;
 mod readme;
@@ -10,8 +11,10 @@ mod steps;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::Parser;
 
+use crate::image::Which;
 use crate::run::{Outcome, Session};
 
 #[derive(Parser)]
@@ -25,17 +28,62 @@ enum Chore {
         #[arg(long)]
         file: Option<PathBuf>,
     },
+    /// Build the firmware: target/firmware/vehicle-controller.elf, .bin and .hex
+    Firmware {
+        /// Write it through the board's ST-LINK, too, and show the firmware's log
+        #[arg(long)]
+        flash: bool,
+    },
+    /// What the firmware takes of flash and RAM
+    Size {
+        #[command(flatten)]
+        which: Which,
+        /// Fail if it is more than the board's promise
+        #[arg(long)]
+        check: bool,
+    },
+    /// Whether anything that can be reached after start-up panics or hangs
+    Panics {
+        #[command(flatten)]
+        which: Which,
+        /// Put a panic into a copy of the repository, and see that it is found
+        #[arg(long, conflicts_with = "elf")]
+        artificial: bool,
+    },
+    /// How deep the stack can get
+    Stack {
+        #[command(flatten)]
+        which: Which,
+        /// Fail if it is deeper than the board's promise, or than there is room
+        #[arg(long)]
+        check: bool,
+    },
+    /// Count the instructions of the control tick on the emulated board
+    Count {
+        /// What the base is told meanwhile
+        #[arg(long, default_value = "hil-sim/scenarios/every-state.script")]
+        script: String,
+        #[command(flatten)]
+        which: Which,
+    },
 }
 
 fn main() -> ExitCode {
     let mut session = Session::new();
     let good = match Chore::parse() {
         Chore::Test => steps::run_all(&mut session),
+        Chore::Firmware { flash: false } => told(&image::firmware(&session).map(drop)),
+        Chore::Firmware { flash: true } => told(&image::flash(&session)),
+        Chore::Size { which, check } => told(&image::size(&session, which, check)),
+        Chore::Stack { which, check } => told(&image::stack(&session, which, check)),
+        Chore::Count { script, which } => told(&image::count(&session, &script, which)),
+        Chore::Panics {
+            artificial: true, ..
+        } => finished(image::artificial_panic(&session)),
+        Chore::Panics { which, .. } => told(&image::panics(&session, which)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
-            let outcome = Outcome::from(readme::check(&session, &file));
-            println!("\n{outcome}");
-            !matches!(outcome, Outcome::Failed(_))
+            finished(readme::check(&session, &file))
         }
     };
     if good {
@@ -43,4 +91,19 @@ fn main() -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
+}
+
+/// Says how it ended; whether well.
+fn finished(result: Result<Outcome>) -> bool {
+    let outcome = Outcome::from(result);
+    println!("\n{outcome}");
+    !matches!(outcome, Outcome::Failed(_))
+}
+
+/// Says what went wrong; whether nothing did.
+fn told(result: &Result<()>) -> bool {
+    if let Err(error) = result {
+        eprintln!("error: {error:#}");
+    }
+    result.is_ok()
 }

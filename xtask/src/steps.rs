@@ -4,6 +4,8 @@ use std::time::Instant;
 
 use anyhow::Result;
 
+use crate::image::toolchain::{self, Toolchain};
+use crate::image::{self, Which};
 use crate::machine::{BASH, FIRMWARE_TARGET, LOGS, Machine, NEXTEST, Need, PYTHON};
 use crate::run::{Outcome, Session};
 use crate::{pyserial, readme};
@@ -16,6 +18,11 @@ const STEPS: &[Step] = &[
         "lints with defmt",
         "clippy --package vehicle-controller --lib --features defmt -- -D warnings",
     ),
+    cargo(
+        "lints with emulator",
+        "clippy --ignore-rust-version --package hil-sim --all-targets --features emulator -- -D warnings",
+    ),
+    call("lints of the firmware", firmware_lints).needs(&FIRMWARE_TARGET),
     cargo("documentation", "doc --workspace --no-deps").env("RUSTDOCFLAGS", "-D warnings"),
     call("external serial client", |session, _| {
         pyserial::prepare(session)
@@ -33,11 +40,36 @@ const STEPS: &[Step] = &[
         "benchmarks run",
         "bench --package hil-sim --bench speed -- --test",
     ),
-    cargo(
-        "no_std",
-        "build --package vehicle-controller --lib --target thumbv7em-none-eabihf",
-    )
+    call("no_std", |session, _| {
+        toolchain::run(session, "build", "--package vehicle-controller --lib")
+    })
     .needs(&FIRMWARE_TARGET),
+    call("firmware", |session, _| {
+        let elf = image::firmware(session)?;
+        session.set("VEHICLE_CONTROLLER_IMAGE", elf);
+        Ok(Outcome::Passed)
+    })
+    .needs(&FIRMWARE_TARGET),
+    call("firmware size", |session, _| {
+        image::size(session, Which::default(), true)?;
+        Ok(Outcome::Passed)
+    })
+    .needs(&FIRMWARE_TARGET),
+    call("firmware panics", |session, _| {
+        image::panics(session, Which::default())?;
+        Ok(Outcome::Passed)
+    })
+    .needs(&FIRMWARE_TARGET),
+    call("firmware stack", |session, _| {
+        image::stack(session, Which::default(), true)?;
+        Ok(Outcome::Passed)
+    })
+    .needs(&FIRMWARE_TARGET),
+    call("a panic is found", |session, _| {
+        image::artificial_panic(session)
+    })
+    .needs(&FIRMWARE_TARGET),
+    call("emulated board", emulated).needs(&FIRMWARE_TARGET),
     call("README", |session, _| {
         readme::check(session, &session.root.join("README.md"))
     })
@@ -51,6 +83,32 @@ fn tests(session: &mut Session, machine: &Machine) -> Result<Outcome> {
         "test --workspace --lib --bins --tests --no-fail-fast"
     };
     session.run(&mut session.cargo(runner))
+}
+
+/// The firmware's own code is only compiled for the board.
+fn firmware_lints(session: &mut Session, _: &Machine) -> Result<Outcome> {
+    if Toolchain::present(session) != Some(Toolchain::Target) {
+        let why = "clippy needs rustup's library for the board, and the distribution's is in use";
+        return Ok(Outcome::Skipped(why.into()));
+    }
+    let lints = format!(
+        "clippy --target {} {} -- -D warnings",
+        toolchain::TARGET,
+        image::build::PACKAGE
+    );
+    session.run(&mut session.cargo(&lints))
+}
+
+/// The tests that run the image; an earlier step has told them where it is.
+fn emulated(session: &mut Session, machine: &Machine) -> Result<Outcome> {
+    let runner = if machine.has(&NEXTEST) {
+        "nextest run"
+    } else {
+        "test"
+    };
+    let tests =
+        "--ignore-rust-version --package hil-sim --features emulator --test image_* --no-fail-fast";
+    session.run(&mut session.cargo(&format!("{runner} {tests}")))
 }
 
 struct Step {

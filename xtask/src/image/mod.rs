@@ -1,0 +1,119 @@
+//! The firmware's image: building it, and proving things about the machine code that the linker left.
+
+mod artificial;
+pub mod build;
+mod decode;
+mod elf;
+#[cfg(test)]
+mod fixture;
+mod flow;
+mod graph;
+mod panics;
+mod reduce;
+mod size;
+mod source;
+mod stack;
+mod table;
+#[cfg(test)]
+mod tests;
+pub mod toolchain;
+mod values;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::{Result, bail, ensure};
+use clap::Args;
+
+use crate::run::{Outcome, Session, succeeds};
+use elf::Image;
+use source::Sources;
+
+pub use artificial::check as artificial_panic;
+
+/// The board's microcontroller, as probe-rs calls it.
+const CHIP: &str = "STM32F429ZITx";
+
+/// Which image is looked at.
+#[derive(Args, Default)]
+pub struct Which {
+    /// Another ELF file than the firmware of this repository, which is built first
+    elf: Option<PathBuf>,
+}
+
+impl Which {
+    fn read(self, session: &Session) -> Result<Image> {
+        Image::read(&build::given_or_built(session, self.elf)?)
+    }
+}
+
+/// `cargo firmware`; the ELF file.
+pub fn firmware(session: &Session) -> Result<PathBuf> {
+    let elf = build::firmware(session)?;
+    println!("{}", size::summary(&Image::read(&elf)?));
+    Ok(elf)
+}
+
+/// `cargo flash`.
+pub fn flash(session: &Session) -> Result<()> {
+    let elf = firmware(session)?;
+    let probe = session.command("probe-rs", ["--version"]);
+    ensure!(
+        succeeds(probe, Duration::from_secs(20)),
+        "probe-rs is missing: install it with `cargo install --locked probe-rs-tools`, or as https://probe.rs says"
+    );
+    let mut probe = session.command("probe-rs", ["run", "--chip", CHIP]);
+    match session.run(probe.arg(elf))? {
+        Outcome::Passed => Ok(()),
+        Outcome::Failed(why) | Outcome::Skipped(why) => bail!("probe-rs: {why}"),
+    }
+}
+
+/// `cargo xtask size`.
+pub fn size(session: &Session, which: Which, check: bool) -> Result<()> {
+    let image = which.read(session)?;
+    print!("{}", size::report(&image));
+    if check {
+        size::check(&image)?;
+    }
+    Ok(())
+}
+
+/// `cargo xtask panics`.
+pub fn panics(session: &Session, which: Which) -> Result<()> {
+    let image = which.read(session)?;
+    let sources = Sources::new(&image, session.root.clone())?;
+    let report = panics::report(&image, &sources)?;
+    print!("{}", report.text);
+    ensure!(
+        report.offences.is_empty(),
+        "ways to stop the firmware after start-up: {}",
+        report.offences.len()
+    );
+    Ok(())
+}
+
+/// `cargo xtask stack`.
+pub fn stack(session: &Session, which: Which, check: bool) -> Result<()> {
+    let image = which.read(session)?;
+    let sources = Sources::new(&image, session.root.clone())?;
+    let bound = stack::bound(&image, &sources)?;
+    print!("{}", bound.text);
+    if check {
+        stack::check(&bound)?;
+    }
+    Ok(())
+}
+
+/// `cargo xtask count`: the instructions of a control tick, counted on the emulated board.
+pub fn count(session: &Session, script: &str, which: Which) -> Result<()> {
+    let image = build::given_or_built(session, which.elf)?;
+    let mut simulator = session.cargo(
+        "run --release --ignore-rust-version --package hil-sim --features emulator -- count",
+    );
+    simulator.arg(script).arg("--image").arg(image);
+    match session.run(&mut simulator)? {
+        Outcome::Passed => Ok(()),
+        Outcome::Failed(why) | Outcome::Skipped(why) => bail!("nothing counted: {why}"),
+    }
+}
