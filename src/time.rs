@@ -54,19 +54,13 @@ impl<const PER_MICROSECOND: u32> CycleClock<PER_MICROSECOND> {
 
     /// The instant at which the counter shows `count`. The counter may wrap once between two calls: 25 s at 168 MHz.
     pub fn at(&mut self, count: u32) -> Instant {
-        let cycles = u64::from(count.wrapping_sub(self.last)) + u64::from(self.rest);
+        let elapsed = count.wrapping_sub(self.last);
         self.last = count;
-        let per = u64::from(PER_MICROSECOND);
-        // Calls come every millisecond or so: the division is one of 32 bits then.
-        let (whole, rest) = match u32::try_from(cycles) {
-            Ok(cycles) => (
-                u64::from(cycles / PER_MICROSECOND),
-                cycles % PER_MICROSECOND,
-            ),
-            Err(_) => (cycles / per, (cycles % per) as u32),
-        };
-        self.rest = rest;
-        self.now = after(self.now, Duration::from_ticks(whole));
+        // Apart, as the sum may have a 33rd bit.
+        let rest = elapsed % PER_MICROSECOND + self.rest;
+        let whole = elapsed / PER_MICROSECOND + rest / PER_MICROSECOND;
+        self.rest = rest % PER_MICROSECOND;
+        self.now = after(self.now, Duration::from_ticks(u64::from(whole)));
         self.now
     }
 }

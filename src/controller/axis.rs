@@ -1,7 +1,7 @@
 //! The axis machine: one of the two copies that command translation and rotation [C §3, §4].
 
 use super::profile::{Phase, Profile};
-use crate::math::{Sum, larger, limit};
+use crate::math::{Sum, larger, limit, sign};
 
 /// State of an axis [C figure 4].
 ///
@@ -142,6 +142,7 @@ impl Default for Axis {
 
 impl Axis {
     /// Takes in the displacement since the last cycle; `steps` is the number of nominal periods that have passed.
+    #[inline]
     pub fn measure(&mut self, moved: f32, steps: u32) {
         self.moved.add(moved);
         if steps > 0 {
@@ -183,6 +184,15 @@ impl Axis {
 
     /// Advances the reference by `steps` cycles of nominal length (0: none is due yet).
     pub fn advance(&mut self, config: &AxisConfig, cycle: &Cycle) -> Option<AxisEvent> {
+        if self.is_settled() && self.profile.has_landed() {
+            self.ahead = 0.0;
+            self.reference_acceleration = 0.0;
+            return None;
+        }
+        self.advance_reference(config, cycle)
+    }
+
+    fn advance_reference(&mut self, config: &AxisConfig, cycle: &Cycle) -> Option<AxisEvent> {
         let Cycle {
             period,
             steps,
@@ -221,7 +231,7 @@ impl Axis {
 
     /// The part of a reference step that keeps the error within its bound; the rest is taken back.
     fn wait_for_vehicle(&mut self, config: &AxisConfig, step: f32, speed: f32) -> f32 {
-        let direction = step.signum();
+        let direction = sign(step);
         let room = larger(config.max_error - self.error * direction, 0.0);
         let wanted = step * direction;
         if wanted <= room {
@@ -261,6 +271,7 @@ impl Axis {
     ///
     /// The correction is bounded by that of the largest error, so a vehicle that was pushed away comes back gently, and while the reference moves
     /// the whole by 3 % above the command, so a vehicle that was held up does not race after it.
+    #[inline]
     #[must_use]
     pub fn velocity(&self, config: &AxisConfig, period: f32) -> f32 {
         let reference = self.ahead / period;
@@ -275,6 +286,7 @@ impl Axis {
     }
 
     /// The speed that the reference strives for, signed.
+    #[inline]
     #[must_use]
     pub fn wanted_speed(&self) -> f32 {
         self.profile.wanted_speed()

@@ -196,6 +196,7 @@ pub struct Estimator {
     reckoning: Reckoning,
     since: Compound,
     plays: [Play; 2],
+    /// Up to the estimate; `since` has the rest.
     total: VariationTotal,
     noise: Noise,
     /// Counts the changes of what changes seldom.
@@ -247,7 +248,6 @@ impl Estimator {
             translation: translation.advance(increment.translation, resolution.translation),
             rotation: rotation.advance(increment.rotation, resolution.rotation),
         };
-        self.total.add(variation);
         self.since.append(increment, variation);
         let travelled = &self.since.variation;
         if travelled.translation >= WINDOW_DISTANCE || travelled.rotation >= WINDOW_ANGLE {
@@ -263,12 +263,12 @@ impl Estimator {
         }
         copy.since = self.since;
         copy.plays = self.plays;
-        copy.total = self.total;
     }
 
     fn fold(&mut self) {
         self.edition = self.edition.wrapping_add(1);
         self.reckoning.propagate(&self.since, &self.noise);
+        self.total.add(self.since.variation);
         self.since = Compound::default();
     }
 
@@ -289,12 +289,19 @@ impl Estimator {
         pose
     }
 
+    /// Total variations as of now.
+    fn present_total(&self) -> VariationTotal {
+        let mut total = self.total;
+        total.add(self.since.variation);
+        total
+    }
+
     /// A correction that makes `after` of the present estimate.
     #[must_use]
     pub fn correction(&self, after: Estimate) -> Correction {
         Correction {
             before: self.present_pose(),
-            variation: self.total,
+            variation: self.present_total(),
             after: Reckoning::from(&after),
         }
     }
@@ -302,13 +309,11 @@ impl Estimator {
     /// Applies a correction that was computed from an earlier copy of this estimator.
     pub fn apply(&mut self, correction: &Correction) {
         let now = self.present_pose();
+        let variation = self.present_total().since(&correction.variation);
         self.edition = self.edition.wrapping_add(1);
         self.reckoning = correction.after;
-        self.since = Compound::between(
-            &correction.before,
-            &now,
-            self.total.since(&correction.variation),
-        );
+        self.total = correction.variation;
+        self.since = Compound::between(&correction.before, &now, variation);
     }
 }
 

@@ -1,6 +1,6 @@
 //! The reference of one axis: a discrete trapezoid that lands exactly (theory section 7).
 
-use crate::math::{Factor, Sum, larger, limit, smaller, sqrt};
+use crate::math::{Factor, Sum, larger, limit, sign, smaller, sqrt};
 
 /// Where the reference is going.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,6 +106,7 @@ impl Profile {
     }
 
     /// The speed that will be needed, signed: the command's, or what of it the distance allows to reach, or the present one where that is more.
+    #[inline]
     #[must_use]
     pub fn wanted_speed(&self) -> f32 {
         let speed = self.speed();
@@ -122,7 +123,7 @@ impl Profile {
                 } else {
                     self.max_speed
                 };
-                distance.signum() * reached
+                sign(distance) * reached
             }
         };
         if speed.abs() > wanted.abs() {
@@ -144,12 +145,13 @@ impl Profile {
     }
 
     /// Advances by one cycle of `period` seconds; `share` ≤ 1 is how much of the command's speed there is to have.
+    #[inline]
     pub fn step(&mut self, period: f32, share: f32) -> Step {
         let max_speed = self.max_speed * share;
         let before = self.speed.get();
         let change = self.acceleration * period;
         let (direction, next) = match self.target {
-            Target::Rest => (before.signum(), Next::To(0.0)),
+            Target::Rest => (sign(before), Next::To(0.0)),
             Target::Endless(forward) => {
                 let direction = if forward { 1.0 } else { -1.0 };
                 (direction, Next::To(max_speed))
@@ -157,9 +159,9 @@ impl Profile {
             Target::Remaining(remaining) => {
                 let distance = remaining.get();
                 let direction = if distance == 0.0 {
-                    before.signum()
+                    sign(before)
                 } else {
-                    distance.signum()
+                    sign(distance)
                 };
                 let u = before * direction;
                 // r' = r − u T/2
@@ -220,6 +222,7 @@ impl Profile {
     }
 
     /// What to strive for: v, or v_b where it is less.
+    #[inline]
     fn approach(&self, remaining: Sum, u: f32, rest: f32, period: f32, max_speed: f32) -> Next {
         let change = self.acceleration * period;
         let next = smaller(u + change, max_speed);
@@ -230,6 +233,13 @@ impl Profile {
         if rest <= 0.0 {
             return Next::To(0.0);
         }
+        Next::By(self.braking(remaining, u, rest, period, max_speed))
+    }
+
+    /// min(v, v_b) − u. Apart from [`Self::approach`], which is all that most cycles need.
+    #[inline(never)]
+    fn braking(&self, remaining: Sum, u: f32, rest: f32, period: f32, max_speed: f32) -> f32 {
+        let change = self.acceleration * period;
         let cycles = 0.5 * (sqrt(1.0 + 8.0 * rest / (change * period)) - 1.0);
         let n = larger(libm::ceilf(cycles), 1.0);
         // Braking uses all of a: a speed that is too high by an f32's rounding stays so to the end, and lands micrometres beyond.
@@ -249,7 +259,7 @@ impl Profile {
         } else {
             braking
         };
-        Next::By(braking.minus(speed).get())
+        braking.minus(speed).get()
     }
 
     /// Takes back a part of the last step that the vehicle could not follow, and goes on from the speed `u` ≥ 0 that it has (toward where the
@@ -259,7 +269,7 @@ impl Profile {
             remaining.add(untravelled);
         }
         let speed = self.speed.get();
-        self.speed = Sum::new(speed.signum() * smaller(speed.abs(), u));
+        self.speed = Sum::new(sign(speed) * smaller(speed.abs(), u));
     }
 }
 

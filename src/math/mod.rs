@@ -38,6 +38,12 @@ pub fn limit(x: f32, limit: f32) -> f32 {
     }
 }
 
+/// 1 or −1; 1 for zero and for NaN.
+#[must_use]
+pub fn sign(x: f32) -> f32 {
+    if x < 0.0 { -1.0 } else { 1.0 }
+}
+
 /// The smaller one; `b` if one is NaN. (`f32::min` is a function call on the target.)
 #[must_use]
 pub fn smaller(a: f32, b: f32) -> f32 {

@@ -113,6 +113,7 @@ impl Odometer {
     }
 
     /// The increments returned sum up to left·Σn_left + right·Σn_right, however many there are.
+    #[inline]
     fn advance(&mut self, left: i32, right: i32) -> f32 {
         let (left, left_rest) = self.left.times(left);
         let (right, right_rest) = self.right.times(right);
