@@ -84,10 +84,10 @@ struct Reference {
 
 impl Reference {
     fn tick(&mut self, geometry: &Geometry, totals: [i64; 2]) {
-        let left = geometry.left * (totals[0] - self.last[0]) as f64;
-        let right = geometry.right * (totals[1] - self.last[1]) as f64;
+        let left = geometry.per_count()[0] * (totals[0] - self.last[0]) as f64;
+        let right = geometry.per_count()[1] * (totals[1] - self.last[1]) as f64;
         self.last = totals;
-        let half = 0.5 * (right - left) / geometry.wheel_base;
+        let half = 0.5 * (right - left) / geometry.wheel_base();
         let sinc = if half.abs() < 1e-3 {
             1.0 - half * half / 6.0
         } else {
@@ -97,8 +97,9 @@ impl Reference {
         self.x += 0.5 * (right + left) * sinc * cos;
         self.y += 0.5 * (right + left) * sinc * sin;
         // Not accumulated: ten million roundings of a large angle would be seen.
-        self.theta = (geometry.right * totals[1] as f64 - geometry.left * totals[0] as f64)
-            / geometry.wheel_base;
+        self.theta = (geometry.per_count()[1] * totals[1] as f64
+            - geometry.per_count()[0] * totals[0] as f64)
+            / geometry.wheel_base();
     }
 }
 
@@ -117,11 +118,11 @@ fn ten_kilometres(geometry: Geometry, heading: f64, bend: impl Fn(f64) -> f64) -
         } else {
             (1.0, bend(f64::from(k - turn) * DT))
         };
-        rolled[0] += DT * (v - 0.5 * omega * geometry.wheel_base);
-        rolled[1] += DT * (v + 0.5 * omega * geometry.wheel_base);
+        rolled[0] += DT * (v - 0.5 * omega * geometry.wheel_base());
+        rolled[1] += DT * (v + 0.5 * omega * geometry.wheel_base());
         let totals = [
-            quantised(rolled[0] / geometry.left, 0.2),
-            quantised(rolled[1] / geometry.right, 0.7),
+            quantised(rolled[0] / geometry.per_count()[0], 0.2),
+            quantised(rolled[1] / geometry.per_count()[1], 0.7),
         ];
         odometry.tick(totals, DT as f32);
         reference.tick(&geometry, totals);
@@ -138,11 +139,7 @@ fn ten_kilometres(geometry: Geometry, heading: f64, bend: impl Fn(f64) -> f64) -
 
 /// Wheels of 84.00 mm and 84.07 mm, neither of which is a round number of anything.
 fn unequal() -> Geometry {
-    Geometry {
-        wheel_base: 0.2013,
-        left: COUNT,
-        right: COUNT * 1.000_871_3,
-    }
+    Geometry::new(0.2013, COUNT, COUNT * 1.000_871_3)
 }
 
 /// 5 mm in 10 km is 5e-7: the theory allows 1.5 mm for f32 sines of an angle that is reduced in f64; an f32 heading near π and an f32 step add

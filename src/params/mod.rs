@@ -183,11 +183,11 @@ impl Params {
                 / f64::from(self.get(Id::CountsPerTurn))
         };
         differential::Config {
-            geometry: differential::Geometry {
-                wheel_base: f64::from(self.get(Id::WheelBase)) * f64::from(self.get(Id::GainBase)),
-                left: per_count(Id::LeftDiameter, Id::GainLeft),
-                right: per_count(Id::RightDiameter, Id::GainRight),
-            },
+            geometry: differential::Geometry::new(
+                f64::from(self.get(Id::WheelBase)) * f64::from(self.get(Id::GainBase)),
+                per_count(Id::LeftDiameter, Id::GainLeft),
+                per_count(Id::RightDiameter, Id::GainRight),
+            ),
             max_wheel_speed: self.get(Id::MaxWheelSpeed),
             observer_bandwidth: 2.0 * PI * self.get(Id::ObserverBandwidth),
             encoder_reversed: [
@@ -264,7 +264,7 @@ mod tests {
     fn geometry_of_the_default_robot() {
         let config = Params::default().build(Duration::millis(1));
         // π 0.084 / 2796.8
-        assert!((config.vehicle.geometry.left - 9.435_6e-5).abs() < 1e-9);
+        assert!((config.vehicle.geometry.per_count()[0] - 9.435_6e-5).abs() < 1e-9);
         assert!((config.noise.drift - 0.01 * (PI / 180.0) * (PI / 180.0)).abs() < 1e-4);
     }
 }

@@ -70,7 +70,7 @@ impl VirtualVehicle for Perfect {
 
     fn wheels(&self) -> [Wheel; 2] {
         let geometry = &self.config.geometry;
-        let per_count = [geometry.left, geometry.right];
+        let per_count = geometry.per_count();
         let speeds = geometry.wheel_speeds(self.speed);
         [0, 1].map(|wheel: usize| Wheel {
             count: (self.rolled[wheel] / per_count[wheel]) as i64,

@@ -90,11 +90,7 @@ pub type Counts = [Rc<Cell<i64>>; 2];
 
 /// The geometry of the default robot.
 pub fn geometry() -> Geometry {
-    Geometry {
-        wheel_base: BASE,
-        left: COUNT,
-        right: COUNT,
-    }
+    Geometry::new(BASE, COUNT, COUNT)
 }
 
 /// The default parameters with another geometry.

@@ -1,0 +1,123 @@
+//! From two wheels to the virtual vehicle and back.
+
+use super::super::Twist;
+use crate::math::Split;
+
+/// The geometry: wheel base and what one count is worth. All that the tick needs of it is worked out here, once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Geometry {
+    wheel_base: f64,
+    left: f64,
+    right: f64,
+    half_base: f32,
+    /// 1/w.
+    curvature: f32,
+    per_count: [f32; 2],
+    resolution: Twist,
+    translation: [Split; 2],
+    rotation: [Split; 2],
+}
+
+impl Geometry {
+    /// A geometry of wheel base w (distance of the wheels' contacts, m) and K_left, K_right (m per count), all above 0.
+    #[must_use]
+    pub fn new(wheel_base: f64, left: f64, right: f64) -> Self {
+        let coarser = if left > right { left } else { right };
+        Self {
+            wheel_base,
+            left,
+            right,
+            half_base: (0.5 * wheel_base) as f32,
+            curvature: (1.0 / wheel_base) as f32,
+            per_count: [left as f32, right as f32],
+            resolution: Twist {
+                translation: coarser as f32,
+                rotation: (coarser / wheel_base) as f32,
+            },
+            // ΔS = (ΔS_right + ΔS_left)/2      Δα = (ΔS_right − ΔS_left)/w
+            translation: [Split::new(0.5 * left), Split::new(0.5 * right)],
+            rotation: [
+                Split::new(left / wheel_base),
+                Split::new(right / wheel_base),
+            ],
+        }
+    }
+
+    /// w, m.
+    #[must_use]
+    pub fn wheel_base(&self) -> f64 {
+        self.wheel_base
+    }
+
+    /// K_left and K_right, m per count.
+    #[must_use]
+    pub fn per_count(&self) -> [f64; 2] {
+        [self.left, self.right]
+    }
+
+    /// What one count amounts to.
+    #[must_use]
+    pub fn resolution(&self) -> Twist {
+        self.resolution
+    }
+
+    /// How far the circumferences have moved, m.
+    pub(super) fn rolled(&self, [left, right]: [i32; 2]) -> [f32; 2] {
+        [
+            left as f32 * self.per_count[0],
+            right as f32 * self.per_count[1],
+        ]
+    }
+
+    /// v_left = v_s − v_α w/2, v_right = v_s + v_α w/2 (theory section 1).
+    #[must_use]
+    pub fn wheel_speeds(&self, twist: Twist) -> [f32; 2] {
+        let sideways = twist.rotation * self.half_base;
+        [twist.translation - sideways, twist.translation + sideways]
+    }
+
+    /// The inverse of [`Self::wheel_speeds`].
+    #[must_use]
+    pub fn twist(&self, [left, right]: [f32; 2]) -> Twist {
+        Twist {
+            translation: 0.5 * (right + left),
+            rotation: (right - left) * self.curvature,
+        }
+    }
+}
+
+/// What rounding has taken from ΔS and Δα, carried to the next cycle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Carry(Twist);
+
+impl Carry {
+    /// ΔS and Δα for counts of the two wheels. However many there are, they sum up to K_left Σn_left and K_right Σn_right.
+    pub(super) fn advance(&mut self, geometry: &Geometry, [left, right]: [i32; 2]) -> Twist {
+        Twist {
+            translation: combine(
+                &geometry.translation,
+                [left, right],
+                &mut self.0.translation,
+            ),
+            rotation: combine(
+                &geometry.rotation,
+                [left.saturating_neg(), right],
+                &mut self.0.rotation,
+            ),
+        }
+    }
+}
+
+#[inline]
+fn combine(weights: &[Split; 2], [left, right]: [i32; 2], carry: &mut f32) -> f32 {
+    let (left, left_rest) = weights[0].times(left);
+    let (right, right_rest) = weights[1].times(right);
+    let sum = left + right;
+    let taken = sum - left;
+    let lost = (left - (sum - taken)) + (right - taken);
+    let rest = lost + left_rest + right_rest + *carry;
+    let increment = sum + rest;
+    *carry = (sum - increment) + rest;
+    increment
+}
