@@ -49,7 +49,6 @@ const CORE_HZ: NonZeroU64 = NonZeroU64::new(168_000_000).unwrap();
 /// What a Cortex-M4 at 168 MHz retires with flash wait states behind its caches, taken branches and divisions: 1.4 cycles each.
 const INSTRUCTIONS_PER_SECOND: NonZeroU64 = NonZeroU64::new(120_000_000).unwrap();
 
-const A: usize = 0;
 const B: usize = 1;
 const C: usize = 2;
 const D: usize = 3;
@@ -166,11 +165,6 @@ impl Nucleo {
         }
     }
 
-    /// The positions of the encoders.
-    pub fn counts(&self) -> [i64; 2] {
-        self.counts
-    }
-
     /// The voltages at the converter's pins, V: the battery behind its divider, the left and the right current sensor.
     pub fn sense(&mut self, volts: [f64; 3]) {
         for (channel, volts) in ANALOG_CHANNELS.into_iter().zip(volts) {
@@ -199,7 +193,7 @@ impl Nucleo {
         LED_PINS.map(|pin| self.is_high(pin))
     }
 
-    /// The serial line, and whether the port is at its pins.
+    /// The far end of the serial line.
     pub fn line(&mut self) -> Option<&mut Line> {
         self.part.models.usart[SERIAL_PORT].chip_mut()
     }

@@ -88,10 +88,15 @@ struct Lockstep {
 impl Lockstep {
     fn meet(&mut self, session: &mut Session<Nucleo>, stop: Stop) {
         let problem = strict::problem(session, self.observer.expected_resets());
+        let problem = problem.or_else(|| self.observer.failure.clone());
         let board = session.board_mut();
         let (bytes, backlog) = board
             .line()
             .map_or_else(Default::default, |line| (line.receive(), line.backlog()));
+        let problem = problem.or_else(|| {
+            let stray = !bytes.is_empty() && !board.is_serial_routed();
+            stray.then(|| "USART3 sends, and is not at PD8 and PD9".to_owned())
+        });
         let meeting = Meeting {
             bytes,
             backlog,
