@@ -1,8 +1,9 @@
 //! Pose and covariance by odometry (theory sections 2 and 3).
 
-use crate::math::{Sum, limit, positive_part, sin_cos, sinc, wrap};
+use super::reckoning::{Reckoning, WidePose};
+use crate::math::{Sum, limit, positive_part, reduced, sin_cos, sinc};
 use crate::vehicle::Twist;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 /// Position and heading of the virtual vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -14,19 +15,6 @@ pub struct Pose {
     pub y: f64,
     /// Counter-clockwise, rad, unwrapped: whole turns are kept.
     pub theta: f64,
-}
-
-impl Pose {
-    /// P := P + ΔP; returns Δx and Δy.
-    fn advance(&mut self, motion: &Compound) -> (f32, f32) {
-        let (sin, cos) = sin_cos(wrap(self.theta) as f32);
-        let (ahead, aside) = (motion.ahead.get(), motion.aside.get());
-        let (dx, dy) = (ahead * cos - aside * sin, ahead * sin + aside * cos);
-        self.x += f64::from(dx);
-        self.y += f64::from(dy);
-        self.theta += motion.turned.to_f64();
-        (dx, dy)
-    }
 }
 
 /// The random part of the odometric error (theory section 3).
@@ -83,15 +71,25 @@ impl Compound {
     }
 
     /// The motion from one pose to another.
-    fn between(from: &Pose, to: &Pose, variation: Twist) -> Self {
-        let (dx, dy) = ((to.x - from.x) as f32, (to.y - from.y) as f32);
-        let (sin, cos) = sin_cos(wrap(from.theta) as f32);
+    fn between(from: &WidePose, to: &WidePose, variation: Twist) -> Self {
+        let dx = to.x.minus(from.x).get();
+        let dy = to.y.minus(from.y).get();
+        let (sin, cos) = sin_cos(reduced(from.theta));
         Self {
             ahead: Sum::new(dx * cos + dy * sin),
             aside: Sum::new(dy * cos - dx * sin),
-            turned: Sum::new((to.theta - from.theta) as f32),
+            turned: to.theta.minus(from.theta),
             variation,
         }
+    }
+
+    /// Ahead and aside (m), turned (rad).
+    pub(super) fn reached(&self) -> (f32, f32, Sum) {
+        (self.ahead.get(), self.aside.get(), self.turned)
+    }
+
+    pub(super) fn variation(&self) -> Twist {
+        self.variation
     }
 }
 
@@ -143,38 +141,12 @@ impl Estimate {
             && self.covariance.iter().all(|e| e.abs() <= 1e13)
     }
 
-    /// Propagates over a compound motion [C §5], corrected as in theory section 3.
-    ///
-    /// ```text
-    ///     C := F C Fᵀ + Φ_S q_S Φ_Sᵀ + Φ_α q_α Φ_αᵀ        F = [1 0 −Δy; 0 1 Δx; 0 0 1]
-    ///     Φ_S = [cos θ_m, sin θ_m, 0]ᵀ                      Φ_α = [−Δy/2, Δx/2, 1]ᵀ
-    ///     q_S = κ_S |ΔS|     q_α = κ_drift |ΔS| + κ_rot |Δα|     θ_m = θ + Δα/2
-    /// ```
+    /// Propagates over a compound motion [C §5].
     pub fn propagate(&mut self, motion: &Compound, noise: &Noise) {
-        let heading = wrap(self.pose.theta) as f32;
-        let (dx, dy) = self.pose.advance(motion);
-        let q_s = noise.translation * motion.variation.translation;
-        let q_a =
-            noise.drift * motion.variation.translation + noise.rotation * motion.variation.rotation;
-        let (sin, cos) = sin_cos(heading + 0.5 * motion.turned.get());
-        let phi_s = Vector3::new(cos, sin, 0.0);
-        let phi_a = Vector3::new(-0.5 * dy, 0.5 * dx, 1.0);
-        let noise = phi_s * phi_s.transpose() * q_s + phi_a * phi_a.transpose() * q_a;
-        // C := F C Fᵀ + …
-        self.covariance =
-            transported(&self.covariance, f64::from(dx), f64::from(dy)) + noise.cast::<f64>();
+        let mut reckoning = Reckoning::from(&*self);
+        reckoning.propagate(motion, noise);
+        *self = Self::from(&reckoning);
     }
-}
-
-/// F C Fᵀ for a symmetric C, element by element: of the 54 products of two matrix multiplications, 6 are not with 0 or 1.
-fn transported(c: &Matrix3<f64>, dx: f64, dy: f64) -> Matrix3<f64> {
-    let tt = c.m33;
-    let xt = c.m13 - dy * tt;
-    let yt = c.m23 + dx * tt;
-    let xx = c.m11 - dy * (c.m13 + xt);
-    let xy = c.m12 + dx * xt - dy * c.m23;
-    let yy = c.m22 + dx * (c.m23 + yt);
-    Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt)
 }
 
 /// F, the derivative of a pose with respect to an earlier one that lies (Δx, Δy) behind.
@@ -186,11 +158,11 @@ pub(super) fn transport(dx: f64, dy: f64) -> Matrix3<f64> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
     /// The pose that the snapshot held.
-    pub(super) before: Pose,
+    before: WidePose,
     /// Variation of S and α since start-up that the snapshot held.
-    pub(super) variation: VariationTotal,
+    variation: VariationTotal,
     /// The estimate that replaces the snapshot's.
-    pub(super) after: Estimate,
+    after: Reckoning,
 }
 
 /// Total variations of S (m) and α (rad) since start-up.
@@ -207,7 +179,7 @@ impl VariationTotal {
     }
 
     fn since(&self, earlier: &Self) -> Twist {
-        let difference = |a: Sum, b: Sum| (a.to_f64() - b.to_f64()) as f32;
+        let difference = |a: Sum, b: Sum| a.minus(b).get();
         Twist {
             translation: difference(self.translation, earlier.translation),
             rotation: difference(self.rotation, earlier.rotation),
@@ -221,7 +193,7 @@ impl VariationTotal {
 /// spared the work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimator {
-    estimate: Estimate,
+    reckoning: Reckoning,
     since: Compound,
     plays: [Play; 2],
     total: VariationTotal,
@@ -238,7 +210,7 @@ impl Estimator {
     #[must_use]
     pub fn new(noise: Noise) -> Self {
         Self {
-            estimate: Estimate::certain(Pose::default()),
+            reckoning: Reckoning::default(),
             since: Compound::default(),
             plays: [Play::default(); 2],
             total: VariationTotal::default(),
@@ -250,7 +222,7 @@ impl Estimator {
     #[must_use]
     pub fn resume(estimate: Estimate, since: Compound, noise: Noise) -> Self {
         Self {
-            estimate,
+            reckoning: Reckoning::from(&estimate),
             since,
             ..Self::new(noise)
         }
@@ -281,22 +253,23 @@ impl Estimator {
     }
 
     fn fold(&mut self) {
-        self.estimate.propagate(&self.since, &self.noise);
+        self.reckoning.propagate(&self.since, &self.noise);
         self.since = Compound::default();
     }
 
     /// The estimate as of now: the remainder is added on a copy, and what rounding did to the covariance is projected away.
     #[must_use]
     pub fn present(&self) -> Estimate {
-        let mut estimate = self.estimate;
-        estimate.propagate(&self.since, &self.noise);
+        let mut reckoning = self.reckoning;
+        reckoning.propagate(&self.since, &self.noise);
+        let mut estimate = Estimate::from(&reckoning);
         estimate.covariance = positive_part(&estimate.covariance);
         estimate
     }
 
     /// The pose as of now, without the covariance's cost.
-    fn present_pose(&self) -> Pose {
-        let mut pose = self.estimate.pose;
+    fn present_pose(&self) -> WidePose {
+        let mut pose = self.reckoning.pose;
         pose.advance(&self.since);
         pose
     }
@@ -307,14 +280,14 @@ impl Estimator {
         Correction {
             before: self.present_pose(),
             variation: self.total,
-            after,
+            after: Reckoning::from(&after),
         }
     }
 
     /// Applies a correction that was computed from an earlier copy of this estimator.
     pub fn apply(&mut self, correction: &Correction) {
         let now = self.present_pose();
-        self.estimate = correction.after;
+        self.reckoning = correction.after;
         self.since = Compound::between(
             &correction.before,
             &now,

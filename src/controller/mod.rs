@@ -17,6 +17,7 @@ mod history;
 mod interface;
 mod messages;
 pub mod profile;
+mod reckoning;
 mod sensing;
 mod snapshot;
 

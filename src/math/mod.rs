@@ -12,8 +12,8 @@ pub use covariance::{
     written_covariance,
 };
 pub use split::Split;
-pub use sum::Sum;
-pub use trigonometry::{sin_cos, sinc, sinc_cosc};
+pub use sum::{Factor, Sum};
+pub use trigonometry::{reduced, sin_cos, sinc, sinc_cosc};
 
 use core::f64::consts::{PI, TAU};
 

@@ -46,6 +46,63 @@ impl Sum {
         self.low = low - (self.high - high);
     }
 
+    /// Adds another sum.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        let (high, error) = two_sum(self.high, other.high);
+        let (low, rest) = two_sum(self.low, other.low);
+        let (high, error) = fast_two_sum(high, error + low);
+        let (high, low) = fast_two_sum(high, error + rest);
+        Self { high, low }
+    }
+
+    /// The negative of it.
+    #[must_use]
+    pub const fn negative(self) -> Self {
+        Self {
+            high: -self.high,
+            low: -self.low,
+        }
+    }
+
+    /// Subtracts another sum.
+    #[must_use]
+    pub fn minus(self, other: Self) -> Self {
+        self.plus(other.negative())
+    }
+
+    /// The product with a factor, good to 46 bits.
+    #[must_use]
+    pub fn times(self, factor: Factor) -> Self {
+        let product = self.high * factor.value;
+        let head = head(self.high);
+        let tail = self.high - head;
+        // What rounding took from the product: exact, as no partial product has more than 24 bits.
+        let error = ((head * factor.head - product) + head * factor.tail + tail * factor.head)
+            + tail * factor.tail;
+        let (high, low) = fast_two_sum(product, error + self.low * factor.value);
+        Self { high, low }
+    }
+
+    /// The quotient, good to 46 bits, by another sum that is not zero.
+    #[must_use]
+    pub fn over(self, divisor: Self) -> Self {
+        let quotient = self.high / divisor.high;
+        let rest = self.minus(divisor.times(Factor::new(quotient)));
+        let (high, low) = fast_two_sum(quotient, rest.high / divisor.high);
+        Self { high, low }
+    }
+
+    /// The magnitude.
+    #[must_use]
+    pub fn abs(self) -> Self {
+        if self.high < 0.0 {
+            self.negative()
+        } else {
+            self
+        }
+    }
+
     /// The sum, rounded to f32.
     #[must_use]
     pub const fn get(&self) -> f32 {
@@ -59,12 +116,65 @@ impl Sum {
     }
 }
 
+/// An f32 to multiply sums with, split once for several products.
+#[derive(Clone, Copy, Debug)]
+pub struct Factor {
+    value: f32,
+    head: f32,
+    tail: f32,
+}
+
+impl Factor {
+    /// Splits a factor.
+    #[must_use]
+    pub fn new(value: f32) -> Self {
+        let head = head(value);
+        Self {
+            value,
+            head,
+            tail: value - head,
+        }
+    }
+}
+
+/// The leading 12 bits of a number's 24: what is left of it has 12 too. Nothing is lost, and the product of two such parts is exact.
+fn head(value: f32) -> f32 {
+    f32::from_bits(value.to_bits() & 0xffff_f000)
+}
+
+/// Knuth's sum: a + b, and what rounding took from it.
+fn two_sum(a: f32, b: f32) -> (f32, f32) {
+    let sum = a + b;
+    let taken = sum - a;
+    (sum, (a - (sum - taken)) + (b - taken))
+}
+
+/// The same for |a| ≥ |b|.
+fn fast_two_sum(a: f32, b: f32) -> (f32, f32) {
+    let sum = a + b;
+    (sum, b - (sum - a))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
 
     proptest! {
+        #[test]
+        fn arithmetic_is_good_to_44_bits(a in -1e4..1e4f64, b in -1e4..1e4f64, factor in -1e2..1e2f32) {
+            let (x, y) = (Sum::from_f64(a), Sum::from_f64(b));
+            let (a, b) = (x.to_f64(), y.to_f64());
+            let close = |is: Sum, wanted: f64, scale: f64| (is.to_f64() - wanted).abs() <= scale * f64::powi(2.0, -44);
+            prop_assert!(close(x.plus(y), a + b, a.abs() + b.abs()));
+            prop_assert!(close(x.minus(y), a - b, a.abs() + b.abs()));
+            let product = a * f64::from(factor);
+            prop_assert!(close(x.times(Factor::new(factor)), product, product.abs()));
+            if b.abs() > 1e-3 {
+                prop_assert!(close(x.over(y), a / b, (a / b).abs()));
+            }
+        }
+
         #[test]
         fn agrees_with_f64(terms in proptest::collection::vec(-1e-2..1e-2f32, 1..2000), start in -1e4..1e4f32) {
             let mut sum = Sum::new(start);

@@ -1,8 +1,24 @@
 //! Sine, cosine and sinc in f32, for angles that were reduced before they came here.
 
+use super::Sum;
+
 /// π/2 as the sum of two f32: the first has 12 bits, so that its product with a small integer is exact.
 const HALF_PI_HEAD: f32 = 1.570_312_5;
 const HALF_PI_TAIL: f32 = 4.838_268e-4;
+
+/// 2π in three parts: the first two have 9 bits, so that their products with up to 2¹⁵ turns are exact.
+const TURN: [f32; 3] = [6.281_25, 1.934_051_5e-3, 1.255_665_9e-6];
+
+/// An angle without its whole turns, in f32: within ±π but for rounding. Good to 3e-7 up to 30 000 turns.
+#[must_use]
+pub fn reduced(angle: Sum) -> f32 {
+    let turns = round_to_i32(angle.get() * (0.5 * core::f32::consts::FRAC_1_PI)) as f32;
+    let [first, second, third] = TURN;
+    let rest = angle
+        .plus(Sum::new(-turns * first))
+        .plus(Sum::new(-turns * second));
+    rest.get() - turns * third
+}
 
 /// Sine and cosine of `x` radians.
 ///
@@ -58,6 +74,17 @@ fn round_to_i32(x: f32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn whole_turns_are_taken_off() {
+        for angle in [0.0, 3.1, -3.1, 3.2, 100.0, -12_345.678, 190_000.123_456] {
+            let wide = Sum::from_f64(angle).to_f64();
+            let off = crate::math::wrap(f64::from(reduced(Sum::from_f64(angle))) - wide);
+            // Half an ulp of π, and the third part's 6e-8 of it.
+            assert!(off.abs() < 3e-7, "{angle}: {off}");
+            assert!(reduced(Sum::from_f64(angle)).abs() < 3.141_7);
+        }
+    }
 
     #[test]
     fn against_f64() {
