@@ -242,7 +242,7 @@ fn count_command(count: &Count) -> Result<()> {
     let script = Script::load(&count.script)?;
     let robot = Robot::load(&count.robot)?;
     let mut base = hil_sim::emulator::ImageBase::new(&count.image, &robot, count.seed)?;
-    base.count()?;
+    base.count(true)?;
     run::run(&mut base, &script, None, &mut std::io::sink())?;
     write!(std::io::stdout(), "{}", base.counts()?).context("standard output")
 }

@@ -32,7 +32,7 @@ fn a_tick_is_cheap() {
 9.1  m 0.1
 ";
     let mut base = emulated(&Setup::default());
-    base.count().unwrap();
+    base.count(false).unwrap();
     let mut client = Client::new(base);
     client.play(&Script::parse(script, "states").unwrap());
     let counts = client.base.counts().unwrap();

@@ -27,7 +27,7 @@ const LINES: [(&str, &str); 8] = [
 #[test]
 fn a_minute_at_full_load() {
     let mut base = emulated(&Setup::default());
-    base.count().unwrap();
+    base.count(false).unwrap();
     let mut client = Client::new(base);
     client.wait_for("! boot", 100);
     client.ask("Stream 0.02");

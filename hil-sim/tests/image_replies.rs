@@ -59,7 +59,9 @@ fn same(host: &str, image: &str) -> Result<(), String> {
 fn replies_and_events(lines: &[(u64, String)]) -> [Vec<&str>; 2] {
     let of = |events: bool| {
         let lines = lines.iter().map(|(_, line)| line.as_str());
-        lines.filter(|line| line.starts_with('!') == events).collect()
+        lines
+            .filter(|line| line.starts_with('!') == events)
+            .collect()
     };
     [of(false), of(true)]
 }
@@ -84,17 +86,32 @@ fn agree(name: &str, script: &Script) {
     use hil_sim::base::Base;
     let (a, b) = (library.base.row(), shipped.base.row().unwrap());
     let ends = [
-        ("true", [a.true_x, a.true_y, a.true_theta], [b.true_x, b.true_y, b.true_theta]),
-        ("estimated", [a.est_x, a.est_y, a.est_theta], [b.est_x, b.est_y, b.est_theta]),
+        (
+            "true",
+            [a.true_x, a.true_y, a.true_theta],
+            [b.true_x, b.true_y, b.true_theta],
+        ),
+        (
+            "estimated",
+            [a.est_x, a.est_y, a.est_theta],
+            [b.est_x, b.est_y, b.est_theta],
+        ),
     ];
     // A script that ends in motion ends somewhere on the way.
     if library.base.holds().unwrap() && shipped.base.holds().unwrap() {
         for (what, a, b) in ends {
             let apart = (a[0] - b[0]).hypot(a[1] - b[1]);
             let turned = (a[2] - b[2]).to_degrees().abs();
-            assert!(apart < END[0], "{name}: {what} ends {:.3} mm apart", apart * 1e3);
+            assert!(
+                apart < END[0],
+                "{name}: {what} ends {:.3} mm apart",
+                apart * 1e3
+            );
             assert!(turned < END[1], "{name}: {what} ends {turned:.4}° apart");
-            println!("{name}: {what} ends {:.4} mm and {turned:.5}° apart", apart * 1e3);
+            println!(
+                "{name}: {what} ends {:.4} mm and {turned:.5}° apart",
+                apart * 1e3
+            );
         }
     }
 }
@@ -188,13 +205,20 @@ fn every_command_is_answered_alike() {
 #[test]
 fn runs_repeat() {
     use hil_sim::base::Base;
-    let script = Script::parse("0 Stream 0.05\n0.3 m 0.2\n0.4 t 40\n1.5 m -0.1\n", "repeat").unwrap();
+    let script = Script::parse(
+        "0 Stream 0.05\n0.3 m 0.2\n0.4 t 40\n1.5 m -0.1\n2.5 !end\n",
+        "repeat",
+    )
+    .unwrap();
     let run = || {
         let mut client = Client::new(emulated(&Setup::default()));
         client.play(&script);
-        client.run(500);
         let row = client.base.row().unwrap();
-        (client.lines, row, client.base.plant().pose().map(f64::to_bits))
+        (
+            client.lines,
+            row,
+            client.base.plant().pose().map(f64::to_bits),
+        )
     };
     assert_eq!(run(), run());
 }

@@ -5,8 +5,8 @@ use super::count::{Counter, Counts};
 use super::fault::{Fault, Injection};
 use super::flash::Flash;
 use super::knowledge::Knowledge;
-use super::program::Program;
 use super::lockstep::{Core, Edge, Meeting, Stretch};
+use super::program::Program;
 use crate::base::Base;
 use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
@@ -14,6 +14,7 @@ use crate::rig::{PERIOD, SUBSTEPS};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
 use anyhow::{Result, anyhow, bail, ensure};
+use rigless::emulator::Watch;
 use rigless::image::Image;
 use rigless::time::VirtualNanos;
 use std::collections::VecDeque;
@@ -21,6 +22,13 @@ use std::path::Path;
 use vehicle_controller::controller::State;
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::{self, Instant};
+
+/// The image has so long to start, ns.
+const START_PATIENCE_NS: u64 = 100_000_000;
+/// While it starts, it is looked after this often, ns.
+const START_STEP_NS: u64 = 10_000;
+/// The control interrupt may take so long before the period ends, ns.
+const TICK_NS: u64 = 100_000;
 
 /// How a board is set up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,6 +63,8 @@ pub struct Outcome {
 #[derive(Debug)]
 pub struct ImageBase {
     core: Core,
+    /// How long before the simulation began the board was powered up, ns.
+    power_on: u64,
     knowledge: Knowledge,
     program: Program,
     up: bool,
@@ -126,11 +136,14 @@ impl ImageBase {
         let board = Nucleo::new(flash, setup.lsi_hz)?;
         let plant = Plant::new(&robot.physics, seed);
         let now = Instant::from_ticks(0);
+        let mut core = Core::power_up(board, images)?;
+        let (power_on, received) = align(&mut core, program.control()?.address)?;
         Ok(Self {
-            core: Core::power_up(board, images)?,
+            core,
+            power_on,
             knowledge,
             program,
-            up: false,
+            up: !received.is_empty(),
             counts: plant.counts(),
             plant,
             battery_divider: robot.physics.battery.divider,
@@ -138,7 +151,7 @@ impl ImageBase {
             now,
             push: Push::default(),
             push_until: now,
-            received: Vec::new(),
+            received,
             backlog: 0,
         })
     }
@@ -208,12 +221,12 @@ impl ImageBase {
         self.core.hold(|held| held.observer.expect_reset())
     }
 
-    /// Counts the instructions of the control interrupt from here on.
+    /// Counts the instructions of the control interrupt from here on; what each of its parts takes too, if `by_part`, which is slow.
     ///
     /// # Errors
     /// If the image has no such interrupt.
-    pub fn count(&mut self) -> Result<()> {
-        let counter = Counter::new(&self.program)?;
+    pub fn count(&mut self, by_part: bool) -> Result<()> {
+        let counter = Counter::new(&self.program, by_part)?;
         self.core.hold(move |held| {
             for watch in counter.watches() {
                 held.session.watch(watch);
@@ -266,6 +279,11 @@ impl ImageBase {
         })
     }
 
+    /// An instant of the simulation on the board's clock.
+    fn instant(&self, instant: Instant) -> VirtualNanos {
+        VirtualNanos(self.power_on + instant.ticks() * 1000)
+    }
+
     fn advance_plant(&mut self) {
         let push = if self.now < self.push_until {
             self.push
@@ -288,7 +306,7 @@ impl ImageBase {
             let (step, number) = ((after - before).signum(), before.abs_diff(after));
             let period = PERIOD.ticks() * 1000;
             edges.extend((0..number).map(|nth| Edge {
-                at: VirtualNanos(nanos(from).0 + (2 * nth + 1) * period / (2 * number)),
+                at: VirtualNanos(self.instant(from).0 + (2 * nth + 1) * period / (2 * number)),
                 side,
                 count: before + step * (nth as i64 + 1),
             }));
@@ -357,7 +375,7 @@ impl Base for ImageBase {
         let battery = self.plant.bus_voltage() / self.battery_divider;
         self.core
             .hold(move |held| held.session.board_mut().sense([battery, left, right]))?;
-        let until = nanos(self.now);
+        let until = self.instant(self.now);
         let Meeting {
             bytes,
             backlog,
@@ -414,6 +432,30 @@ fn command(bridges: [Bridge; 2]) -> Command {
     }))
 }
 
-fn nanos(instant: Instant) -> VirtualNanos {
-    VirtualNanos(instant.ticks() * 1000)
+/// Lets the board start until its control interrupt comes at the end of the simulation's periods, as the library's tick does: it then reads what the
+/// encoders did in a period, and what it puts out is what drives the next one. Gives the time that has passed since power-on, ns, and what was said.
+fn align(core: &mut Core, control: u64) -> Result<(u64, Vec<u8>)> {
+    let entry = Watch::Instruction(control);
+    core.hold(move |held| held.session.watch(entry))?;
+    let (mut now, mut said) = (0, Vec::new());
+    let begun = loop {
+        ensure!(
+            now < START_PATIENCE_NS,
+            "the image's control interrupt has not begun {} ms after power-on",
+            START_PATIENCE_NS / 1_000_000
+        );
+        now += START_STEP_NS;
+        let meeting = core.run(Stretch::to(VirtualNanos(now)))?;
+        said.extend(meeting.bytes);
+        if let Some(problem) = meeting.problem {
+            bail!("the image is not at home on this board: {problem}");
+        }
+        if let Some(begun) = core.hold(|held| held.observer.last_hit())? {
+            break begun.0;
+        }
+    };
+    core.hold(move |held| held.session.unwatch(entry))?;
+    let aligned = begun + TICK_NS;
+    said.extend(core.run(Stretch::to(VirtualNanos(aligned)))?.bytes);
+    Ok((aligned, said))
 }

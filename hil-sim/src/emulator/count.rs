@@ -55,8 +55,8 @@ pub struct PartCount {
 }
 
 impl Counter {
-    /// A counter for this program.
-    pub(super) fn new(program: &Program) -> Result<Self> {
+    /// A counter for this program, of the whole handler or of its parts too.
+    pub(super) fn new(program: &Program, by_part: bool) -> Result<Self> {
         let control = program.control()?;
         let mut counter = Self {
             entry: control.address,
@@ -69,12 +69,15 @@ impl Counter {
             counts: Counts::default(),
         };
         let mut callees = HashMap::new();
-        for function in program.reachable(control) {
+        let parts = by_part.then(|| program.reachable(control));
+        for function in parts.unwrap_or_default() {
             for (at, flow) in program.flow(function) {
                 if let Flow::Call { target, back } = flow {
                     let callee = *callees.entry(target).or_insert_with(|| {
                         let known = program.function(target).map(|f| f.name.clone());
-                        counter.names.push(known.unwrap_or(format!("{target:#010x}")));
+                        counter
+                            .names
+                            .push(known.unwrap_or(format!("{target:#010x}")));
                         counter.names.len() - 1
                     });
                     counter.calls.insert(at, (callee, back));
@@ -218,11 +221,7 @@ impl fmt::Display for Counts {
         parts.sort_by_key(|(name, part)| (std::cmp::Reverse(part.total), (*name).clone()));
         for (name, part) in parts {
             let mean = part.total as f64 / ticks.max(1) as f64;
-            writeln!(
-                f,
-                "{mean:8.1} {:8} {:8}  {name}",
-                part.most, part.calls
-            )?;
+            writeln!(f, "{mean:8.1} {:8} {:8}  {name}", part.most, part.calls)?;
         }
         Ok(())
     }

@@ -182,7 +182,9 @@ impl<'a> Visitor<'a, '_> {
             self.modules.pop();
         }
         let shape = match (tag, encoding) {
-            (gimli::DW_TAG_base_type, Some(AttributeValue::Encoding(encoding))) => Shape::Number(encoding),
+            (gimli::DW_TAG_base_type, Some(AttributeValue::Encoding(encoding))) => {
+                Shape::Number(encoding)
+            }
             (gimli::DW_TAG_structure_type | gimli::DW_TAG_union_type, _) => Shape::Members {
                 members: parts.members,
                 variants: parts.variants,
@@ -258,7 +260,8 @@ impl<'a> Visitor<'a, '_> {
     }
 
     fn note_static(&mut self, entry: &Entry<'_, '_, 'a>) -> Result<()> {
-        let Some(AttributeValue::Exprloc(expression)) = entry.attr_value(gimli::DW_AT_location)? else {
+        let Some(AttributeValue::Exprloc(expression)) = entry.attr_value(gimli::DW_AT_location)?
+        else {
             return Ok(());
         };
         let mut operations = expression.operations(self.unit.encoding());

@@ -44,7 +44,10 @@ impl Injection {
             Fault::IdleHangs | Fault::IdleFaults => {
                 let flow = program.flow(program.idle()?);
                 let is_call = |(_, flow): &(u64, Flow)| matches!(flow, Flow::Call { .. });
-                flow.iter().filter(|site| is_call(site)).map(|(at, _)| *at).collect()
+                flow.iter()
+                    .filter(|site| is_call(site))
+                    .map(|(at, _)| *at)
+                    .collect()
             }
         };
         if places.is_empty() {

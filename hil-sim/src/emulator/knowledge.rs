@@ -12,6 +12,9 @@ use vehicle_controller::vehicle::Twist;
 /// The type of the static in which idle keeps its copy of the controller's snapshot; others are on their way through a queue or a mailbox.
 const DESK: &str = "vehicle_controller::controller::interface::Interface";
 
+/// The order in which a covariance is kept.
+const UPPER_TRIANGLE: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
 /// Where an image keeps what its controller knows.
 #[derive(Debug)]
 pub(super) struct Knowledge {
@@ -131,17 +134,15 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
         })
     };
     let mut estimate = Estimate::certain(Pose {
-        x: number("estimate.pose.x")?,
-        y: number("estimate.pose.y")?,
-        theta: number("estimate.pose.theta")?,
+        x: number("reckoning.pose.x")?,
+        y: number("reckoning.pose.y")?,
+        theta: number("reckoning.pose.theta")?,
     });
-    // Columns of rows.
-    let columns = view.member("estimate.covariance.data.__0")?;
-    for column in 0..3 {
-        for row in 0..3 {
-            let element = columns.element(column)?.element(row)?.number()?;
-            estimate.covariance[(row as usize, column as usize)] = element;
-        }
+    let triangle = view.member("reckoning.covariance")?;
+    for (index, (row, column)) in UPPER_TRIANGLE.into_iter().enumerate() {
+        let element = triangle.element(index as u64)?.real()?;
+        estimate.covariance[(row, column)] = element;
+        estimate.covariance[(column, row)] = element;
     }
     let since = Compound::of(
         [

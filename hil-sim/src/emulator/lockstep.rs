@@ -36,6 +36,16 @@ pub struct Stretch {
     pub edges: VecDeque<Edge>,
 }
 
+impl Stretch {
+    /// Nothing happens until then.
+    pub fn to(until: VirtualNanos) -> Self {
+        Self {
+            until,
+            edges: VecDeque::new(),
+        }
+    }
+}
+
 /// What the core has done when the two meet.
 #[derive(Debug, Default)]
 pub struct Meeting {
@@ -174,10 +184,7 @@ impl Core {
         let driver = Lockstep {
             orders: received,
             meetings: sender,
-            stretch: Stretch {
-                until: VirtualNanos(0),
-                edges: VecDeque::new(),
-            },
+            stretch: Stretch::to(VirtualNanos(0)),
             begun: false,
             observer: Observer::default(),
         };

@@ -19,6 +19,7 @@ pub struct Observer {
     bridges: [Bridge; 2],
     /// Since when both motors are off.
     off_since: Option<VirtualNanos>,
+    last_hit: Option<VirtualNanos>,
     pub(super) counter: Option<Counter>,
     pub(super) injection: Option<Injection>,
     /// What went wrong while something was put into the image.
@@ -39,6 +40,11 @@ impl Observer {
     /// Since when both motors are off, as the drivers see it; None while one is on.
     pub fn off_since(&self) -> Option<VirtualNanos> {
         self.off_since
+    }
+
+    /// When the core last came by a watched instruction.
+    pub fn last_hit(&self) -> Option<VirtualNanos> {
+        self.last_hit
     }
 
     pub(super) fn settled(
@@ -65,6 +71,7 @@ impl Observer {
                 stop.at
             }
             Settled::Hit(hit) => {
+                self.last_hit = Some(hit.at);
                 if let Some(counter) = &mut self.counter {
                     counter.hit(&hit);
                 }
@@ -85,7 +92,10 @@ impl Observer {
         if let Some(counter) = &mut self.counter {
             counter.restart();
         }
-        let restored = self.injection.as_mut().map(|injection| injection.restore(host));
+        let restored = self
+            .injection
+            .as_mut()
+            .map(|injection| injection.restore(host));
         if let Some(Err(error)) = restored {
             self.failure = Some(error.to_string());
         }

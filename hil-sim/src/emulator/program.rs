@@ -156,7 +156,9 @@ impl Program {
                 }
             }
         }
-        seen.iter().filter_map(|address| self.function(*address)).collect()
+        seen.iter()
+            .filter_map(|address| self.function(*address))
+            .collect()
     }
 }
 
@@ -213,7 +215,10 @@ mod tests {
         let jump = decode(0x0800_026E, 0xE00C, 0);
         assert_eq!(jump, Some(Flow::Jump(0x0800_028A)));
         // b .
-        assert_eq!(decode(0x0800_0000, 0xE7FE, 0), Some(Flow::Jump(0x0800_0000)));
+        assert_eq!(
+            decode(0x0800_0000, 0xE7FE, 0),
+            Some(Flow::Jump(0x0800_0000))
+        );
         // pop {r4, pc}; bx lr; pop.w {r4, pc}
         assert_eq!(decode(0, 0xBD10, 0), Some(Flow::Return));
         assert_eq!(decode(0, 0x4770, 0), Some(Flow::Return));

@@ -94,7 +94,9 @@ impl<B: Base> Client<B> {
         let from = self.lines.len();
         for _ in 0..milliseconds {
             self.tick();
-            let found = self.lines[from..].iter().find(|(_, line)| line.starts_with(what));
+            let found = self.lines[from..]
+                .iter()
+                .find(|(_, line)| line.starts_with(what));
             if let Some((_, line)) = found {
                 return line.clone();
             }
