@@ -63,6 +63,6 @@ fn a_minute_at_full_load() {
     // The first comes a millisecond after the timer was started, some time after power-on.
     assert!((59_990..=60_000).contains(&ticks), "{ticks} ticks");
     assert!(counts.jitter() <= JITTER, "{} us", counts.jitter());
-    assert!(answered > 3000, "{answered} lines");
+    assert!(answered > 2000, "{answered} lines");
     assert!(client.base.plant().pose()[2] > 10.0, "it did not drive");
 }

@@ -2,6 +2,7 @@
 
 mod image;
 
+use hil_sim::base::Base;
 use hil_sim::emulator::Setup;
 use hil_sim::script::Script;
 use image::{Client, emulated, host};
@@ -83,7 +84,6 @@ fn agree(name: &str, script: &Script) {
         assert_eq!(ours.len(), theirs.len(), "{name}: {ours:?} {theirs:?}");
     }
 
-    use hil_sim::base::Base;
     let (a, b) = (library.base.row(), shipped.base.row().unwrap());
     let ends = [
         (
@@ -204,7 +204,6 @@ fn every_command_is_answered_alike() {
 /// Two runs are the same, byte for byte and bit for bit.
 #[test]
 fn runs_repeat() {
-    use hil_sim::base::Base;
     let script = Script::parse(
         "0 Stream 0.05\n0.3 m 0.2\n0.4 t 40\n1.5 m -0.1\n2.5 !end\n",
         "repeat",

@@ -354,7 +354,7 @@ mod tests {
         let mut board = board();
         // PE13 with a pull-up, as the firmware has it.
         write(&mut board, GPIOE + 0x0C, 1 << 26);
-        let mut levels = |board: &mut Nucleo| {
+        let levels = |board: &mut Nucleo| {
             let estop = read(board, GPIOE + 0x10) >> 13 & 1;
             let button = read(board, GPIOC + 0x10) >> 13 & 1;
             (estop, button)

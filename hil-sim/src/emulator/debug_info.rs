@@ -156,7 +156,7 @@ impl<'a> Visitor<'a, '_> {
         let encoding = entry.attr_value(gimli::DW_AT_encoding)?;
         let element = self.type_of(entry)?;
         let is_module = tag == gimli::DW_TAG_namespace || is_type(tag);
-        let path = [self.modules.as_slice(), &[name.clone()]]
+        let path = [self.modules.as_slice(), std::slice::from_ref(&name)]
             .concat()
             .join("::");
         if is_module {
@@ -235,10 +235,11 @@ impl<'a> Visitor<'a, '_> {
     }
 
     fn variants(&self, part: Node<'_, '_, '_, 'a>) -> Result<Option<Variants>> {
-        let discriminant = match part.entry().attr_value(gimli::DW_AT_discr)? {
-            Some(AttributeValue::UnitRef(offset)) => offset,
+        let Some(AttributeValue::UnitRef(discriminant)) =
+            part.entry().attr_value(gimli::DW_AT_discr)?
+        else {
             // An enum of one variant has nothing to tell apart.
-            _ => return Ok(None),
+            return Ok(None);
         };
         let (mut tag, mut variants) = (None, Vec::new());
         let mut children = part.children();
@@ -299,9 +300,8 @@ fn number(entry: &Entry<'_, '_, '_>, attribute: gimli::DwAt) -> Result<Option<i6
         AttributeValue::Data1(value) => Some(value.into()),
         AttributeValue::Data2(value) => Some(value.into()),
         AttributeValue::Data4(value) => Some(value.into()),
-        AttributeValue::Data8(value) => Some(value as i64),
+        AttributeValue::Data8(value) | AttributeValue::Udata(value) => Some(value as i64),
         AttributeValue::Sdata(value) => Some(value),
-        AttributeValue::Udata(value) => Some(value as i64),
         _ => None,
     }))
 }

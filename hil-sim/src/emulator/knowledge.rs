@@ -58,45 +58,43 @@ impl Knowledge {
     /// Fills in what a controller knows, by the bytes of its snapshot.
     pub(super) fn tell(&self, bytes: &[u8], row: &mut Row) -> Result<()> {
         let snapshot = self.view(bytes);
-        self.fill(&snapshot, row)
-            .with_context(|| format!("the image's {}", self.found.path))
+        fill(&snapshot, row).with_context(|| format!("the image's {}", self.found.path))
     }
+}
 
-    fn fill(&self, snapshot: &View<'_>, row: &mut Row) -> Result<()> {
-        row.t = snapshot.member("time.ticks")?.number()? * 1e-6;
-        let estimate = estimator(&snapshot.member("estimator")?)?.present();
-        let c = &estimate.covariance;
-        (row.est_x, row.est_y, row.est_theta) =
-            (estimate.pose.x, estimate.pose.y, estimate.pose.theta);
-        (row.cxx, row.cxy, row.cxt) = (c.m11, c.m12, c.m13);
-        (row.cyy, row.cyt, row.ctt) = (c.m22, c.m23, c.m33);
-        let axis = |name: &str| -> Result<[f64; 4]> {
-            let axis = snapshot.member(name)?;
-            let displacement = axis.member("displacement")?.real()?;
-            Ok([
-                displacement,
-                displacement + axis.member("error")?.number()?,
-                axis.member("speed")?.number()?,
-                axis.member("reference_speed")?.number()?,
-            ])
-        };
-        [row.s, row.s_ref, row.v_s, row.v_s_ref] = axis("translation")?;
-        [row.alpha, row.alpha_ref, row.v_alpha, row.v_alpha_ref] = axis("rotation")?;
-        let named = |name: &str| Ok::<_, anyhow::Error>(state(&snapshot.member(name)?)?.name());
-        named("translation.state")?.clone_into(&mut row.move_state);
-        named("rotation.state")?.clone_into(&mut row.turn_state);
-        let wheels = snapshot.member("wheels")?;
-        let [left, right] = [wheels.element(0)?, wheels.element(1)?];
-        row.left_count = left.member("count")?.integer()?;
-        row.right_count = right.member("count")?.integer()?;
-        row.left_speed = left.member("speed")?.number()?;
-        row.right_speed = right.member("speed")?.number()?;
-        row.left_duty = left.member("duty")?.number()?;
-        row.right_duty = right.member("duty")?.number()?;
-        row.battery = snapshot.member("supply")?.number()?;
-        fault(&snapshot.member("fault")?)?.clone_into(&mut row.fault);
-        Ok(())
-    }
+fn fill(snapshot: &View<'_>, row: &mut Row) -> Result<()> {
+    row.t = snapshot.member("time.ticks")?.number()? * 1e-6;
+    let estimate = estimator(&snapshot.member("estimator")?)?.present();
+    let c = &estimate.covariance;
+    (row.est_x, row.est_y, row.est_theta) = (estimate.pose.x, estimate.pose.y, estimate.pose.theta);
+    (row.cxx, row.cxy, row.cxt) = (c.m11, c.m12, c.m13);
+    (row.cyy, row.cyt, row.ctt) = (c.m22, c.m23, c.m33);
+    let axis = |name: &str| -> Result<[f64; 4]> {
+        let axis = snapshot.member(name)?;
+        let displacement = axis.member("displacement")?.real()?;
+        Ok([
+            displacement,
+            displacement + axis.member("error")?.number()?,
+            axis.member("speed")?.number()?,
+            axis.member("reference_speed")?.number()?,
+        ])
+    };
+    [row.s, row.s_ref, row.v_s, row.v_s_ref] = axis("translation")?;
+    [row.alpha, row.alpha_ref, row.v_alpha, row.v_alpha_ref] = axis("rotation")?;
+    let named = |name: &str| Ok::<_, anyhow::Error>(state(&snapshot.member(name)?)?.name());
+    named("translation.state")?.clone_into(&mut row.move_state);
+    named("rotation.state")?.clone_into(&mut row.turn_state);
+    let wheels = snapshot.member("wheels")?;
+    let [left, right] = [wheels.element(0)?, wheels.element(1)?];
+    row.left_count = left.member("count")?.integer()?;
+    row.right_count = right.member("count")?.integer()?;
+    row.left_speed = left.member("speed")?.number()?;
+    row.right_speed = right.member("speed")?.number()?;
+    row.left_duty = left.member("duty")?.number()?;
+    row.right_duty = right.member("duty")?.number()?;
+    row.battery = snapshot.member("supply")?.number()?;
+    fault(&snapshot.member("fault")?)?.clone_into(&mut row.fault);
+    Ok(())
 }
 
 fn state(view: &View<'_>) -> Result<State> {

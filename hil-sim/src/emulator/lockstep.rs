@@ -129,12 +129,12 @@ impl Driver<Nucleo> for Lockstep {
         stop: Stop,
         host: &mut dyn Host,
     ) -> Option<VirtualNanos> {
-        let due = |edge: &mut Edge| edge.at <= stop.at;
-        while let Some(edge) = self.stretch.edges.pop_front_if(due) {
+        while let Some(edge) = self.stretch.edges.front() {
+            if edge.at > stop.at {
+                return Some(edge.at);
+            }
             session.board_mut().turn(stop.at, edge.side, edge.count);
-        }
-        if let Some(edge) = self.stretch.edges.front() {
-            return Some(edge.at);
+            self.stretch.edges.pop_front();
         }
         if stop.at < self.stretch.until {
             return Some(self.stretch.until);

@@ -142,11 +142,9 @@ impl<B: Base> Client<B> {
             }
             patience -= 1;
             let spoke = self.lines.last().map_or(0, |(at, _)| *at);
+            let quiet_since = spoke.max(last(script));
             let busy = self.base.backlog() > 0 || !self.base.holds().unwrap();
-            if patience == 0 || (!busy && self.time > spoke.max(now) + 1000) {
-                return;
-            }
-            if !busy && self.time > spoke + 1000 && self.time > last(script) + 1000 {
+            if patience == 0 || (!busy && self.time > quiet_since + 1000) {
                 return;
             }
         }
