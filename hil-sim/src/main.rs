@@ -39,6 +39,10 @@ enum Command {
     Run(Run),
     /// Feed recorded encoder counts through the vehicle and the estimator
     Replay(Replay),
+    /// Count the instructions of an image's control interrupt while a script runs
+    #[cfg(feature = "emulator")]
+    #[command(hide = true)]
+    Count(Count),
     /// Draw a trace
     Plot(Plot),
     /// List the robots
@@ -90,6 +94,22 @@ struct Run {
     plot: Option<PathBuf>,
 }
 
+#[cfg(feature = "emulator")]
+#[derive(Args)]
+struct Count {
+    /// The script
+    script: PathBuf,
+    /// The image of the firmware
+    #[arg(long, value_name = "F.elf")]
+    image: PathBuf,
+    /// A robot's name or the path of its .toml file
+    #[arg(long, default_value = "default")]
+    robot: String,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
 #[derive(Args)]
 struct Replay {
     /// Logs: CSV with columns t,left,right (counts since the row before) and optionally x,y,theta
@@ -125,6 +145,8 @@ fn main() -> ExitCode {
         Some(Command::Drive(drive)) => drive_command(&drive),
         Some(Command::Run(run)) => run_command(&run),
         Some(Command::Replay(replay)) => replay_command(&replay),
+        #[cfg(feature = "emulator")]
+        Some(Command::Count(count)) => count_command(&count),
         Some(Command::Plot(plot)) => plot_command(&plot),
         Some(Command::Robots) => robots_command(),
     };
@@ -213,6 +235,16 @@ fn run_command(run: &Run) -> Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(feature = "emulator")]
+fn count_command(count: &Count) -> Result<()> {
+    let script = Script::load(&count.script)?;
+    let robot = Robot::load(&count.robot)?;
+    let mut base = hil_sim::emulator::ImageBase::new(&count.image, &robot, count.seed)?;
+    base.count(true)?;
+    run::run(&mut base, &script, None, &mut std::io::sink())?;
+    write!(std::io::stdout(), "{}", base.counts()?).context("standard output")
 }
 
 fn title(script: &Path, robot: &str) -> String {

@@ -28,6 +28,7 @@ pub fn run(
     let progress = progress(last_tick);
     'run: loop {
         while let Some(step) = steps.next_if(|step| ticks(step.time) <= tick) {
+            quiet = 0;
             match &step.action {
                 Action::Send(text) => base.send(format!("{text}\n").as_bytes())?,
                 Action::Push {

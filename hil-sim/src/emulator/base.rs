@@ -1,16 +1,20 @@
 //! The base with the shipped image in it: the plant of the simulator, and the emulated board as its controller.
 
 use super::board::{Bridge, Nucleo};
+use super::count::{Counter, Counts};
+use super::fault::{Fault, Injection};
 use super::flash::Flash;
 use super::knowledge::Knowledge;
 use super::lockstep::{Core, Edge, Meeting, Stretch};
+use super::program::Program;
 use crate::base::Base;
 use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
+use rigless::emulator::Watch;
 use rigless::image::Image;
 use rigless::time::VirtualNanos;
 use std::collections::VecDeque;
@@ -19,14 +23,50 @@ use vehicle_controller::controller::State;
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::{self, Instant};
 
-/// The watchdog's oscillator, Hz, if nobody says otherwise: its typical frequency.
-const LSI_HZ: u64 = 32_000;
+/// The image has so long to start, ns.
+const START_PATIENCE_NS: u64 = 100_000_000;
+/// While it starts, it is looked after this often, ns.
+const START_STEP_NS: u64 = 10_000;
+/// The control interrupt may take so long before the period ends, ns.
+const TICK_NS: u64 = 100_000;
+
+/// How a board is set up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setup {
+    /// Frequency of the watchdog's oscillator, 17 000 to 47 000 Hz.
+    pub lsi_hz: u64,
+    /// What is in the flash besides the image: addresses and bytes.
+    pub flash: Vec<(u64, Vec<u8>)>,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self {
+            lsi_hz: 32_000,
+            flash: Vec::new(),
+        }
+    }
+}
+
+/// What has come of a fault; all times in seconds since power-on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// When it took place.
+    pub injected: Option<f64>,
+    /// Since when both motors are off, as their drivers see it.
+    pub motors_off: Option<f64>,
+    /// The resets so far.
+    pub resets: Vec<f64>,
+}
 
 /// A base that the image of the firmware controls.
 #[derive(Debug)]
 pub struct ImageBase {
     core: Core,
+    /// How long before the simulation began the board was powered up, ns.
+    power_on: u64,
     knowledge: Knowledge,
+    program: Program,
     up: bool,
     plant: Plant,
     battery_divider: f64,
@@ -45,14 +85,14 @@ impl ImageBase {
     /// # Errors
     /// If the image cannot be read, does not fit, or the robot is not one that it can drive.
     pub fn new(image: &Path, robot: &Robot, seed: u64) -> Result<Self> {
-        Self::with_lsi(image, robot, seed, LSI_HZ)
+        Self::with(image, robot, seed, &Setup::default())
     }
 
-    /// The same with another frequency of the watchdog's oscillator, 17 000 to 47 000 Hz.
+    /// The same with a board that is set up in another way.
     ///
     /// # Errors
-    /// As [`Self::new`], and if the frequency is out of range.
-    pub fn with_lsi(image: &Path, robot: &Robot, seed: u64, lsi_hz: u64) -> Result<Self> {
+    /// As [`Self::new`], and if the set-up is not one that a board can have.
+    pub fn with(image: &Path, robot: &Robot, seed: u64, setup: &Setup) -> Result<Self> {
         if robot.model == Model::Ideal {
             bail!(
                 "an image drives motors, and this robot's wheels turn as they are told: choose another robot"
@@ -68,11 +108,14 @@ impl ImageBase {
             );
         }
         ensure!(
-            (17_000..=47_000).contains(&lsi_hz),
-            "the watchdog's oscillator runs at 17 to 47 kHz, not at {lsi_hz} Hz"
+            (17_000..=47_000).contains(&setup.lsi_hz),
+            "the watchdog's oscillator runs at 17 to 47 kHz, not at {} Hz",
+            setup.lsi_hz
         );
-        let image = Image::read(image, None)?;
+        let path = image;
+        let image = Image::read(path, None)?;
         let knowledge = Knowledge::find(image.bytes())?;
+        let program = Program::load(image.bytes())?;
         let mut flash = Flash::default();
         for (address, bytes) in image.segments() {
             ensure!(
@@ -81,13 +124,26 @@ impl ImageBase {
                 bytes.len()
             );
         }
-        let board = Nucleo::new(flash, lsi_hz)?;
+        let mut images = vec![image];
+        for (address, bytes) in &setup.flash {
+            ensure!(
+                flash.place(*address, bytes),
+                "{} bytes at {address:#010x} are outside the flash",
+                bytes.len()
+            );
+            images.push(Image::new(path, bytes.clone(), Some(*address))?);
+        }
+        let board = Nucleo::new(flash, setup.lsi_hz)?;
         let plant = Plant::new(&robot.physics, seed);
         let now = Instant::from_ticks(0);
+        let mut core = Core::power_up(board, images)?;
+        let (power_on, received) = align(&mut core, program.control()?.address)?;
         Ok(Self {
-            core: Core::power_up(board, vec![image])?,
+            core,
+            power_on,
             knowledge,
-            up: false,
+            program,
+            up: !received.is_empty(),
             counts: plant.counts(),
             plant,
             battery_divider: robot.physics.battery.divider,
@@ -95,7 +151,7 @@ impl ImageBase {
             now,
             push: Push::default(),
             push_until: now,
-            received: Vec::new(),
+            received,
             backlog: 0,
         })
     }
@@ -114,6 +170,118 @@ impl ImageBase {
         self.core
             .hold(move |held| held.read(address, size))?
             .map(Some)
+    }
+
+    /// Presses the blue button, or lets it go.
+    ///
+    /// # Errors
+    /// If the emulator has given up.
+    pub fn press(&mut self, pressed: bool) -> Result<()> {
+        self.core
+            .hold(move |held| held.session.board_mut().press(held.stop.at, pressed))
+    }
+
+    /// Presses the reset button; what is on the wires stays there.
+    ///
+    /// # Errors
+    /// If the emulator has given up.
+    pub fn reset(&mut self) -> Result<()> {
+        self.core.hold(|held| {
+            held.observer.expect_reset();
+            let (at, count) = (held.stop.at, held.stop.instruction_count);
+            held.session.reset_by_pin(at, count, held.host);
+        })
+    }
+
+    /// Whether the green, the blue and the red light are on.
+    ///
+    /// # Errors
+    /// If the emulator has given up.
+    pub fn leds(&self) -> Result<[bool; 3]> {
+        self.core.hold(|held| held.session.board().leds())
+    }
+
+    /// What is in the flash.
+    ///
+    /// # Errors
+    /// If there is no flash at the address.
+    pub fn flash(&self, address: u64, length: usize) -> Result<Vec<u8>> {
+        let bytes = self.core.hold(move |held| {
+            let flash = &held.session.board().part.flash;
+            flash.content(address, length).map(<[u8]>::to_vec)
+        })?;
+        bytes.ok_or_else(|| anyhow!("there is no flash at {address:#010x}"))
+    }
+
+    /// One more reset may happen: without this it ends the run.
+    ///
+    /// # Errors
+    /// If the emulator has given up.
+    pub fn expect_reset(&mut self) -> Result<()> {
+        self.core.hold(|held| held.observer.expect_reset())
+    }
+
+    /// Counts the instructions of the control interrupt from here on; what each of its parts takes too, if `by_part`, which is slow.
+    ///
+    /// # Errors
+    /// If the image has no such interrupt.
+    pub fn count(&mut self, by_part: bool) -> Result<()> {
+        let counter = Counter::new(&self.program, by_part)?;
+        self.core.hold(move |held| {
+            for watch in counter.watches() {
+                held.session.watch(watch);
+            }
+            held.observer.counter = Some(counter);
+        })
+    }
+
+    /// What was counted.
+    ///
+    /// # Errors
+    /// If the emulator has given up.
+    pub fn counts(&self) -> Result<Counts> {
+        let counts = self.core.hold(|held| {
+            let counter = held.observer.counter.as_ref();
+            counter.map(|counter| counter.counts().clone())
+        })?;
+        counts.ok_or_else(|| anyhow!("nothing was counted"))
+    }
+
+    /// Lets something go wrong, as soon as the core comes by a place where it can. A reset is expected to follow.
+    ///
+    /// # Errors
+    /// If the image has no such place.
+    pub fn inject(&mut self, fault: Fault) -> Result<()> {
+        let injection = Injection::new(&self.program, fault)?;
+        self.core.hold(move |held| {
+            for watch in injection.watches() {
+                held.session.watch(watch);
+            }
+            held.observer.expect_reset();
+            held.observer.injection = Some(injection);
+        })
+    }
+
+    /// What has come of it.
+    ///
+    /// # Errors
+    /// If the emulator has given up.
+    pub fn outcome(&self) -> Result<Outcome> {
+        let seconds = |at: VirtualNanos| at.0 as f64 * 1e-9;
+        self.core.hold(move |held| {
+            let injection = held.observer.injection.as_ref();
+            let resets = held.session.resets().iter();
+            Outcome {
+                injected: injection.and_then(Injection::at).map(seconds),
+                motors_off: held.observer.off_since().map(seconds),
+                resets: resets.map(|reset| seconds(reset.at)).collect(),
+            }
+        })
+    }
+
+    /// An instant of the simulation on the board's clock.
+    fn instant(&self, instant: Instant) -> VirtualNanos {
+        VirtualNanos(self.power_on + instant.ticks() * 1000)
     }
 
     fn advance_plant(&mut self) {
@@ -138,7 +306,7 @@ impl ImageBase {
             let (step, number) = ((after - before).signum(), before.abs_diff(after));
             let period = PERIOD.ticks() * 1000;
             edges.extend((0..number).map(|nth| Edge {
-                at: VirtualNanos(nanos(from).0 + (2 * nth + 1) * period / (2 * number)),
+                at: VirtualNanos(self.instant(from).0 + (2 * nth + 1) * period / (2 * number)),
                 side,
                 count: before + step * (nth as i64 + 1),
             }));
@@ -207,7 +375,7 @@ impl Base for ImageBase {
         let battery = self.plant.bus_voltage() / self.battery_divider;
         self.core
             .hold(move |held| held.session.board_mut().sense([battery, left, right]))?;
-        let until = nanos(self.now);
+        let until = self.instant(self.now);
         let Meeting {
             bytes,
             backlog,
@@ -264,6 +432,30 @@ fn command(bridges: [Bridge; 2]) -> Command {
     }))
 }
 
-fn nanos(instant: Instant) -> VirtualNanos {
-    VirtualNanos(instant.ticks() * 1000)
+/// Lets the board start until its control interrupt comes at the end of the simulation's periods, as the library's tick does: it then reads what the
+/// encoders did in a period, and what it puts out is what drives the next one. Gives the time that has passed since power-on, ns, and what was said.
+fn align(core: &mut Core, control: u64) -> Result<(u64, Vec<u8>)> {
+    let entry = Watch::Instruction(control);
+    core.hold(move |held| held.session.watch(entry))?;
+    let (mut now, mut said) = (0, Vec::new());
+    let begun = loop {
+        ensure!(
+            now < START_PATIENCE_NS,
+            "the image's control interrupt has not begun {} ms after power-on",
+            START_PATIENCE_NS / 1_000_000
+        );
+        now += START_STEP_NS;
+        let meeting = core.run(Stretch::to(VirtualNanos(now)))?;
+        said.extend(meeting.bytes);
+        if let Some(problem) = meeting.problem {
+            bail!("the image is not at home on this board: {problem}");
+        }
+        if let Some(begun) = core.hold(|held| held.observer.last_hit())? {
+            break begun.0;
+        }
+    };
+    core.hold(move |held| held.session.unwatch(entry))?;
+    let aligned = begun + TICK_NS;
+    said.extend(core.run(Stretch::to(VirtualNanos(aligned)))?.bytes);
+    Ok((aligned, said))
 }

@@ -49,7 +49,6 @@ const CORE_HZ: NonZeroU64 = NonZeroU64::new(168_000_000).unwrap();
 /// What a Cortex-M4 at 168 MHz retires with flash wait states behind its caches, taken branches and divisions: 1.4 cycles each.
 const INSTRUCTIONS_PER_SECOND: NonZeroU64 = NonZeroU64::new(120_000_000).unwrap();
 
-const A: usize = 0;
 const B: usize = 1;
 const C: usize = 2;
 const D: usize = 3;
@@ -166,11 +165,6 @@ impl Nucleo {
         }
     }
 
-    /// The positions of the encoders.
-    pub fn counts(&self) -> [i64; 2] {
-        self.counts
-    }
-
     /// The voltages at the converter's pins, V: the battery behind its divider, the left and the right current sensor.
     pub fn sense(&mut self, volts: [f64; 3]) {
         for (channel, volts) in ANALOG_CHANNELS.into_iter().zip(volts) {
@@ -199,7 +193,7 @@ impl Nucleo {
         LED_PINS.map(|pin| self.is_high(pin))
     }
 
-    /// The serial line, and whether the port is at its pins.
+    /// The far end of the serial line.
     pub fn line(&mut self) -> Option<&mut Line> {
         self.part.models.usart[SERIAL_PORT].chip_mut()
     }
@@ -288,5 +282,86 @@ impl Board for Nucleo {
             armv7m::MpuRegions::Eight,
         );
         vec![Target::new("stm32f429", &mut self.part, core)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rigless::mcu::Operate;
+    use rigless::soc::Width;
+
+    const NOW: VirtualNanos = VirtualNanos(0);
+    const RCC: u64 = 0x4002_3800;
+    const GPIOC: u64 = 0x4002_0800;
+    const GPIOE: u64 = 0x4002_1000;
+    const TIM3: u64 = 0x4000_0400;
+
+    fn board() -> Nucleo {
+        let mut board = Nucleo::new(Flash::default(), 32_000).unwrap();
+        board.connect(NOW);
+        // The clocks of the ports A to E and of TIM3.
+        write(&mut board, RCC + 0x30, 0x1F);
+        write(&mut board, RCC + 0x40, 1 << 1);
+        board
+    }
+
+    fn write(board: &mut Nucleo, address: u64, value: u64) {
+        board.part.write(NOW, address, Width::W32, value).unwrap();
+    }
+
+    fn read(board: &mut Nucleo, address: u64) -> u64 {
+        board.part.read(NOW, address, Width::W32).unwrap()
+    }
+
+    #[test]
+    fn drivers_are_off_until_their_pins_are_high() {
+        let mut board = board();
+        assert!(board.bridges(NOW).iter().all(Bridge::is_off));
+        // PE12 an output and high, PE9 an output and high, PE8 an output and low.
+        write(&mut board, GPIOE, 1 << 24 | 1 << 18 | 1 << 16);
+        write(&mut board, GPIOE + 0x14, 1 << 12 | 1 << 9);
+        let [left, right] = board.bridges(NOW);
+        assert_eq!(
+            (left.enabled, left.duty),
+            (true, -1.0),
+            "a level is a duty of one"
+        );
+        assert!(right.is_off());
+    }
+
+    #[test]
+    fn an_encoder_counts_both_ways() {
+        let mut board = board();
+        // PC6 and PC7 on alternate function 2, TIM3 in encoder mode 3, inputs direct.
+        write(&mut board, GPIOC, 2 << 12 | 2 << 14);
+        write(&mut board, GPIOC + 0x20, 2 << 24 | 2 << 28);
+        write(&mut board, TIM3 + 0x18, 0x0101);
+        write(&mut board, TIM3 + 0x08, 3);
+        write(&mut board, TIM3, 1);
+        for count in 1..=10 {
+            board.turn(VirtualNanos(count * 1000), 0, count as i64);
+        }
+        assert_eq!(read(&mut board, TIM3 + 0x24), 10);
+        for count in (-3..10).rev() {
+            board.turn(VirtualNanos(20_000), 0, count);
+        }
+        assert_eq!(read(&mut board, TIM3 + 0x24), 0xFFFD);
+    }
+
+    #[test]
+    fn switches_reach_their_pins() {
+        let mut board = board();
+        // PE13 with a pull-up, as the firmware has it.
+        write(&mut board, GPIOE + 0x0C, 1 << 26);
+        let levels = |board: &mut Nucleo| {
+            let estop = read(board, GPIOE + 0x10) >> 13 & 1;
+            let button = read(board, GPIOC + 0x10) >> 13 & 1;
+            (estop, button)
+        };
+        assert_eq!(levels(&mut board), (0, 0));
+        board.set_estop(NOW, true);
+        board.press(NOW, true);
+        assert_eq!(levels(&mut board), (1, 1));
     }
 }

@@ -3,14 +3,7 @@
 //! The compiler lays a Rust type out as it likes; where a member is, only the debug information of the very image says.
 
 use anyhow::{Context, Result, anyhow};
-use gimli::{
-    AttributeValue, DW_AT_byte_size, DW_AT_const_value, DW_AT_count, DW_AT_data_member_location,
-    DW_AT_discr, DW_AT_discr_value, DW_AT_encoding, DW_AT_location, DW_AT_name, DW_AT_type,
-    DW_TAG_array_type, DW_TAG_base_type, DW_TAG_enumeration_type, DW_TAG_enumerator, DW_TAG_member,
-    DW_TAG_namespace, DW_TAG_structure_type, DW_TAG_subrange_type, DW_TAG_union_type,
-    DW_TAG_variable, DW_TAG_variant, DW_TAG_variant_part, DwTag, EndianSlice, EntriesTreeNode,
-    LittleEndian, Operation, Unit,
-};
+use gimli::{AttributeValue, EndianSlice, EntriesTreeNode, LittleEndian, Operation, Unit};
 use object::{Object, ObjectSection};
 use std::collections::HashMap;
 
@@ -26,7 +19,7 @@ pub(super) struct TypeId(usize);
 pub(super) struct Type {
     /// With the modules that it is in.
     pub path: String,
-    /// In bytes.
+    /// In bytes, if its entry says so.
     pub size: u64,
     /// What it is made of.
     pub shape: Shape,
@@ -125,6 +118,15 @@ impl DebugInfo {
             .ok_or_else(|| anyhow!("the image's debug information leaves out a type"))
     }
 
+    /// How long a value of a type is, in bytes; an array's entry does not say.
+    pub(super) fn size(&self, id: TypeId) -> Result<u64> {
+        let found = self.get(id)?;
+        match found.shape {
+            Shape::Array(element, count) => Ok(count * self.size(element)?),
+            _ => Ok(found.size),
+        }
+    }
+
     /// The statics.
     pub(super) fn statics(&self) -> &[Static] {
         &self.statics
@@ -145,16 +147,16 @@ impl<'a> Visitor<'a, '_> {
     fn visit(&mut self, node: Node<'_, '_, '_, 'a>) -> Result<()> {
         let entry = node.entry();
         let (tag, id) = (entry.tag(), self.id_of(entry.offset()));
-        if tag == DW_TAG_variable {
+        if tag == gimli::DW_TAG_variable {
             self.note_static(entry)?;
             return Ok(());
         }
         let name = self.name(entry)?;
-        let size = number(entry, DW_AT_byte_size)?.unwrap_or(0) as u64;
-        let encoding = entry.attr_value(DW_AT_encoding)?;
+        let size = number(entry, gimli::DW_AT_byte_size)?.unwrap_or(0) as u64;
+        let encoding = entry.attr_value(gimli::DW_AT_encoding)?;
         let element = self.type_of(entry)?;
-        let is_module = tag == DW_TAG_namespace || is_type(tag);
-        let path = [self.modules.as_slice(), &[name.clone()]]
+        let is_module = tag == gimli::DW_TAG_namespace || is_type(tag);
+        let path = [self.modules.as_slice(), std::slice::from_ref(&name)]
             .concat()
             .join("::");
         if is_module {
@@ -164,14 +166,14 @@ impl<'a> Visitor<'a, '_> {
         let mut children = node.children();
         while let Some(child) = children.next()? {
             match child.entry().tag() {
-                DW_TAG_member => parts.members.extend(self.member(child.entry())?),
-                DW_TAG_variant_part => parts.variants = self.variants(child)?,
-                DW_TAG_enumerator => {
-                    let value = number(child.entry(), DW_AT_const_value)?.unwrap_or(0);
+                gimli::DW_TAG_member => parts.members.extend(self.member(child.entry())?),
+                gimli::DW_TAG_variant_part => parts.variants = self.variants(child)?,
+                gimli::DW_TAG_enumerator => {
+                    let value = number(child.entry(), gimli::DW_AT_const_value)?.unwrap_or(0);
                     parts.names.push((value, self.name(child.entry())?));
                 }
-                DW_TAG_subrange_type => {
-                    parts.count = number(child.entry(), DW_AT_count)?.unwrap_or(0) as u64;
+                gimli::DW_TAG_subrange_type => {
+                    parts.count = number(child.entry(), gimli::DW_AT_count)?.unwrap_or(0) as u64;
                 }
                 _ => self.visit(child)?,
             }
@@ -180,13 +182,15 @@ impl<'a> Visitor<'a, '_> {
             self.modules.pop();
         }
         let shape = match (tag, encoding) {
-            (DW_TAG_base_type, Some(AttributeValue::Encoding(encoding))) => Shape::Number(encoding),
-            (DW_TAG_structure_type | DW_TAG_union_type, _) => Shape::Members {
+            (gimli::DW_TAG_base_type, Some(AttributeValue::Encoding(encoding))) => {
+                Shape::Number(encoding)
+            }
+            (gimli::DW_TAG_structure_type | gimli::DW_TAG_union_type, _) => Shape::Members {
                 members: parts.members,
                 variants: parts.variants,
             },
-            (DW_TAG_enumeration_type, _) => Shape::Names(parts.names),
-            (DW_TAG_array_type, _) => match element {
+            (gimli::DW_TAG_enumeration_type, _) => Shape::Names(parts.names),
+            (gimli::DW_TAG_array_type, _) => match element {
                 Some(element) => Shape::Array(element, parts.count),
                 None => return Ok(()),
             },
@@ -203,7 +207,7 @@ impl<'a> Visitor<'a, '_> {
     }
 
     fn name(&self, entry: &Entry<'_, '_, 'a>) -> Result<String> {
-        let Some(value) = entry.attr_value(DW_AT_name)? else {
+        let Some(value) = entry.attr_value(gimli::DW_AT_name)? else {
             return Ok(String::new());
         };
         Ok(self
@@ -214,7 +218,7 @@ impl<'a> Visitor<'a, '_> {
     }
 
     fn type_of(&self, entry: &Entry<'_, '_, 'a>) -> Result<Option<TypeId>> {
-        Ok(match entry.attr_value(DW_AT_type)? {
+        Ok(match entry.attr_value(gimli::DW_AT_type)? {
             Some(AttributeValue::UnitRef(offset)) => Some(self.id_of(offset)),
             Some(AttributeValue::DebugInfoRef(offset)) => Some(TypeId(offset.0)),
             _ => None,
@@ -225,16 +229,17 @@ impl<'a> Visitor<'a, '_> {
         let Some(id) = self.type_of(entry)? else {
             return Ok(None);
         };
-        let offset = number(entry, DW_AT_data_member_location)?.unwrap_or(0) as u64;
+        let offset = number(entry, gimli::DW_AT_data_member_location)?.unwrap_or(0) as u64;
         let name = self.name(entry)?;
         Ok(Some(Member { name, offset, id }))
     }
 
     fn variants(&self, part: Node<'_, '_, '_, 'a>) -> Result<Option<Variants>> {
-        let discriminant = match part.entry().attr_value(DW_AT_discr)? {
-            Some(AttributeValue::UnitRef(offset)) => offset,
+        let Some(AttributeValue::UnitRef(discriminant)) =
+            part.entry().attr_value(gimli::DW_AT_discr)?
+        else {
             // An enum of one variant has nothing to tell apart.
-            _ => return Ok(None),
+            return Ok(None);
         };
         let (mut tag, mut variants) = (None, Vec::new());
         let mut children = part.children();
@@ -242,8 +247,8 @@ impl<'a> Visitor<'a, '_> {
             let entry = child.entry();
             if entry.offset() == discriminant {
                 tag = self.member(entry)?;
-            } else if entry.tag() == DW_TAG_variant {
-                let value = number(entry, DW_AT_discr_value)?;
+            } else if entry.tag() == gimli::DW_TAG_variant {
+                let value = number(entry, gimli::DW_AT_discr_value)?;
                 let mut members = child.children();
                 while let Some(member) = members.next()? {
                     if let Some(member) = self.member(member.entry())? {
@@ -256,7 +261,8 @@ impl<'a> Visitor<'a, '_> {
     }
 
     fn note_static(&mut self, entry: &Entry<'_, '_, 'a>) -> Result<()> {
-        let Some(AttributeValue::Exprloc(expression)) = entry.attr_value(DW_AT_location)? else {
+        let Some(AttributeValue::Exprloc(expression)) = entry.attr_value(gimli::DW_AT_location)?
+        else {
             return Ok(());
         };
         let mut operations = expression.operations(self.unit.encoding());
@@ -281,10 +287,10 @@ struct Parts {
     count: u64,
 }
 
-fn is_type(tag: DwTag) -> bool {
+fn is_type(tag: gimli::DwTag) -> bool {
     matches!(
         tag,
-        DW_TAG_structure_type | DW_TAG_union_type | DW_TAG_enumeration_type
+        gimli::DW_TAG_structure_type | gimli::DW_TAG_union_type | gimli::DW_TAG_enumeration_type
     )
 }
 
@@ -294,9 +300,8 @@ fn number(entry: &Entry<'_, '_, '_>, attribute: gimli::DwAt) -> Result<Option<i6
         AttributeValue::Data1(value) => Some(value.into()),
         AttributeValue::Data2(value) => Some(value.into()),
         AttributeValue::Data4(value) => Some(value.into()),
-        AttributeValue::Data8(value) => Some(value as i64),
+        AttributeValue::Data8(value) | AttributeValue::Udata(value) => Some(value as i64),
         AttributeValue::Sdata(value) => Some(value),
-        AttributeValue::Udata(value) => Some(value as i64),
         _ => None,
     }))
 }

@@ -12,6 +12,9 @@ use vehicle_controller::vehicle::Twist;
 /// The type of the static in which idle keeps its copy of the controller's snapshot; others are on their way through a queue or a mailbox.
 const DESK: &str = "vehicle_controller::controller::interface::Interface";
 
+/// The order in which a covariance is kept.
+const UPPER_TRIANGLE: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
 /// Where an image keeps what its controller knows.
 #[derive(Debug)]
 pub(super) struct Knowledge {
@@ -55,45 +58,43 @@ impl Knowledge {
     /// Fills in what a controller knows, by the bytes of its snapshot.
     pub(super) fn tell(&self, bytes: &[u8], row: &mut Row) -> Result<()> {
         let snapshot = self.view(bytes);
-        self.fill(&snapshot, row)
-            .with_context(|| format!("the image's {}", self.found.path))
+        fill(&snapshot, row).with_context(|| format!("the image's {}", self.found.path))
     }
+}
 
-    fn fill(&self, snapshot: &View<'_>, row: &mut Row) -> Result<()> {
-        row.t = snapshot.member("time.ticks")?.number()? * 1e-6;
-        let estimate = estimator(&snapshot.member("estimator")?)?.present();
-        let c = &estimate.covariance;
-        (row.est_x, row.est_y, row.est_theta) =
-            (estimate.pose.x, estimate.pose.y, estimate.pose.theta);
-        (row.cxx, row.cxy, row.cxt) = (c.m11, c.m12, c.m13);
-        (row.cyy, row.cyt, row.ctt) = (c.m22, c.m23, c.m33);
-        let axis = |name: &str| -> Result<[f64; 4]> {
-            let axis = snapshot.member(name)?;
-            let displacement = axis.member("displacement")?.real()?;
-            Ok([
-                displacement,
-                displacement + axis.member("error")?.number()?,
-                axis.member("speed")?.number()?,
-                axis.member("reference_speed")?.number()?,
-            ])
-        };
-        [row.s, row.s_ref, row.v_s, row.v_s_ref] = axis("translation")?;
-        [row.alpha, row.alpha_ref, row.v_alpha, row.v_alpha_ref] = axis("rotation")?;
-        let named = |name: &str| Ok::<_, anyhow::Error>(state(&snapshot.member(name)?)?.name());
-        named("translation.state")?.clone_into(&mut row.move_state);
-        named("rotation.state")?.clone_into(&mut row.turn_state);
-        let wheels = snapshot.member("wheels")?;
-        let [left, right] = [wheels.element(0)?, wheels.element(1)?];
-        row.left_count = left.member("count")?.integer()?;
-        row.right_count = right.member("count")?.integer()?;
-        row.left_speed = left.member("speed")?.number()?;
-        row.right_speed = right.member("speed")?.number()?;
-        row.left_duty = left.member("duty")?.number()?;
-        row.right_duty = right.member("duty")?.number()?;
-        row.battery = snapshot.member("supply")?.number()?;
-        fault(&snapshot.member("fault")?)?.clone_into(&mut row.fault);
-        Ok(())
-    }
+fn fill(snapshot: &View<'_>, row: &mut Row) -> Result<()> {
+    row.t = snapshot.member("time.ticks")?.number()? * 1e-6;
+    let estimate = estimator(&snapshot.member("estimator")?)?.present();
+    let c = &estimate.covariance;
+    (row.est_x, row.est_y, row.est_theta) = (estimate.pose.x, estimate.pose.y, estimate.pose.theta);
+    (row.cxx, row.cxy, row.cxt) = (c.m11, c.m12, c.m13);
+    (row.cyy, row.cyt, row.ctt) = (c.m22, c.m23, c.m33);
+    let axis = |name: &str| -> Result<[f64; 4]> {
+        let axis = snapshot.member(name)?;
+        let displacement = axis.member("displacement")?.real()?;
+        Ok([
+            displacement,
+            displacement + axis.member("error")?.number()?,
+            axis.member("speed")?.number()?,
+            axis.member("reference_speed")?.number()?,
+        ])
+    };
+    [row.s, row.s_ref, row.v_s, row.v_s_ref] = axis("translation")?;
+    [row.alpha, row.alpha_ref, row.v_alpha, row.v_alpha_ref] = axis("rotation")?;
+    let named = |name: &str| Ok::<_, anyhow::Error>(state(&snapshot.member(name)?)?.name());
+    named("translation.state")?.clone_into(&mut row.move_state);
+    named("rotation.state")?.clone_into(&mut row.turn_state);
+    let wheels = snapshot.member("wheels")?;
+    let [left, right] = [wheels.element(0)?, wheels.element(1)?];
+    row.left_count = left.member("count")?.integer()?;
+    row.right_count = right.member("count")?.integer()?;
+    row.left_speed = left.member("speed")?.number()?;
+    row.right_speed = right.member("speed")?.number()?;
+    row.left_duty = left.member("duty")?.number()?;
+    row.right_duty = right.member("duty")?.number()?;
+    row.battery = snapshot.member("supply")?.number()?;
+    fault(&snapshot.member("fault")?)?.clone_into(&mut row.fault);
+    Ok(())
 }
 
 fn state(view: &View<'_>) -> Result<State> {
@@ -131,17 +132,15 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
         })
     };
     let mut estimate = Estimate::certain(Pose {
-        x: number("estimate.pose.x")?,
-        y: number("estimate.pose.y")?,
-        theta: number("estimate.pose.theta")?,
+        x: number("reckoning.pose.x")?,
+        y: number("reckoning.pose.y")?,
+        theta: number("reckoning.pose.theta")?,
     });
-    // Columns of rows.
-    let columns = view.member("estimate.covariance.data.__0")?;
-    for column in 0..3 {
-        for row in 0..3 {
-            let element = columns.element(column)?.element(row)?.number()?;
-            estimate.covariance[(row as usize, column as usize)] = element;
-        }
+    let triangle = view.member("reckoning.covariance")?;
+    for (index, (row, column)) in UPPER_TRIANGLE.into_iter().enumerate() {
+        let element = triangle.element(index as u64)?.real()?;
+        estimate.covariance[(row, column)] = element;
+        estimate.covariance[(column, row)] = element;
     }
     let since = Compound::of(
         [

@@ -16,12 +16,6 @@ pub struct Line {
 }
 
 impl Line {
-    /// The base has said something since power-on.
-    #[must_use]
-    pub fn is_up(&self) -> bool {
-        self.up
-    }
-
     /// Puts bytes on the line; they follow each other without a gap. At power-on nothing is sent before the base has said that it is there, as nobody
     /// can be quick enough to.
     pub fn send(&mut self, bytes: &[u8]) {

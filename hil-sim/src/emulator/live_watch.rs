@@ -84,7 +84,7 @@ impl Found {
         Ok(Self {
             path: format!("{}.{name}", self.path),
             address: self.address + member.offset,
-            size: info.get(member.id)?.size,
+            size: info.size(member.id)?,
             id: member.id,
         })
     }
@@ -131,7 +131,7 @@ impl<'a> View<'a> {
             bail!("{} is not an array", kind.path);
         };
         ensure!(index < count, "an array of {count} has no element {index}");
-        self.part(index * self.info.get(id)?.size, id)
+        self.part(index * self.info.size(id)?, id)
     }
 
     fn raw(&self) -> Result<[u8; 8]> {

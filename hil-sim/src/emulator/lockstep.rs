@@ -36,6 +36,16 @@ pub struct Stretch {
     pub edges: VecDeque<Edge>,
 }
 
+impl Stretch {
+    /// Nothing happens until then.
+    pub fn to(until: VirtualNanos) -> Self {
+        Self {
+            until,
+            edges: VecDeque::new(),
+        }
+    }
+}
+
 /// What the core has done when the two meet.
 #[derive(Debug, Default)]
 pub struct Meeting {
@@ -88,10 +98,15 @@ struct Lockstep {
 impl Lockstep {
     fn meet(&mut self, session: &mut Session<Nucleo>, stop: Stop) {
         let problem = strict::problem(session, self.observer.expected_resets());
+        let problem = problem.or_else(|| self.observer.failure.clone());
         let board = session.board_mut();
         let (bytes, backlog) = board
             .line()
             .map_or_else(Default::default, |line| (line.receive(), line.backlog()));
+        let problem = problem.or_else(|| {
+            let stray = !bytes.is_empty() && !board.is_serial_routed();
+            stray.then(|| "USART3 sends, and is not at PD8 and PD9".to_owned())
+        });
         let meeting = Meeting {
             bytes,
             backlog,
@@ -114,12 +129,12 @@ impl Driver<Nucleo> for Lockstep {
         stop: Stop,
         host: &mut dyn Host,
     ) -> Option<VirtualNanos> {
-        let due = |edge: &mut Edge| edge.at <= stop.at;
-        while let Some(edge) = self.stretch.edges.pop_front_if(due) {
+        while let Some(edge) = self.stretch.edges.front() {
+            if edge.at > stop.at {
+                return Some(edge.at);
+            }
             session.board_mut().turn(stop.at, edge.side, edge.count);
-        }
-        if let Some(edge) = self.stretch.edges.front() {
-            return Some(edge.at);
+            self.stretch.edges.pop_front();
         }
         if stop.at < self.stretch.until {
             return Some(self.stretch.until);
@@ -169,10 +184,7 @@ impl Core {
         let driver = Lockstep {
             orders: received,
             meetings: sender,
-            stretch: Stretch {
-                until: VirtualNanos(0),
-                edges: VecDeque::new(),
-            },
+            stretch: Stretch::to(VirtualNanos(0)),
             begun: false,
             observer: Observer::default(),
         };

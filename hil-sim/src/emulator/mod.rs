@@ -2,7 +2,9 @@
 
 mod base;
 mod board;
+mod count;
 mod debug_info;
+mod fault;
 mod flash;
 mod knowledge;
 mod line;
@@ -10,7 +12,10 @@ mod live_watch;
 mod lockstep;
 mod observer;
 mod part;
+mod program;
 mod strict;
 
-pub use base::ImageBase;
+pub use base::{ImageBase, Outcome, Setup};
 pub use board::Bridge;
+pub use count::{Counts, PartCount};
+pub use fault::Fault;

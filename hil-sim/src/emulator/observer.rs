@@ -1,6 +1,8 @@
-//! What is watched while the core runs: resets, and when the motors go off and on.
+//! What is watched while the core runs: resets, when the motors go off and on, what is counted, and the fault that is to happen.
 
 use super::board::{Bridge, Nucleo};
+use super::count::Counter;
+use super::fault::Injection;
 use rigless::emulator::{AccessKind, Host, Settled};
 use rigless::session::Session;
 use rigless::time::VirtualNanos;
@@ -17,8 +19,11 @@ pub struct Observer {
     bridges: [Bridge; 2],
     /// Since when both motors are off.
     off_since: Option<VirtualNanos>,
-    /// Whether they ever were on.
-    driven: bool,
+    last_hit: Option<VirtualNanos>,
+    pub(super) counter: Option<Counter>,
+    pub(super) injection: Option<Injection>,
+    /// What went wrong while something was put into the image.
+    pub(super) failure: Option<String>,
 }
 
 impl Observer {
@@ -37,15 +42,15 @@ impl Observer {
         self.off_since
     }
 
-    /// Whether a motor has ever been on.
-    pub fn was_driven(&self) -> bool {
-        self.driven
+    /// When the core last came by a watched instruction.
+    pub fn last_hit(&self) -> Option<VirtualNanos> {
+        self.last_hit
     }
 
     pub(super) fn settled(
         &mut self,
         session: &mut Session<Nucleo>,
-        _host: &mut dyn Host,
+        host: &mut dyn Host,
         settled: Settled,
     ) {
         let at = match settled {
@@ -62,13 +67,37 @@ impl Observer {
                 }
                 self.resets = session.resets().len();
                 session.board_mut().connect(stop.at);
+                self.restart(host);
                 stop.at
+            }
+            Settled::Hit(hit) => {
+                self.last_hit = Some(hit.at);
+                if let Some(counter) = &mut self.counter {
+                    counter.hit(&hit);
+                }
+                if let Some(injection) = &mut self.injection {
+                    let done = injection.hit(session, host, &hit);
+                    self.failure = done.err().map(|error| error.to_string());
+                }
+                return;
             }
             _ => return,
         };
         self.bridges = session.board_mut().bridges(at);
         let off = self.bridges.iter().all(Bridge::is_off);
-        self.driven |= !off;
         self.off_since = off.then(|| self.off_since.unwrap_or(at));
+    }
+
+    fn restart(&mut self, host: &mut dyn Host) {
+        if let Some(counter) = &mut self.counter {
+            counter.restart();
+        }
+        let restored = self
+            .injection
+            .as_mut()
+            .map(|injection| injection.restore(host));
+        if let Some(Err(error)) = restored {
+            self.failure = Some(error.to_string());
+        }
     }
 }
