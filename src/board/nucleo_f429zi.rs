@@ -1,4 +1,4 @@
-//! NUCLEO-F429ZI: STM32F429ZI at 168 MHz. The wiring is drawn in `docs/wiring.md`.
+//! NUCLEO-F429ZI: STM32F429ZI at 168 MHz. `docs/firmware.md` draws the wiring and says how to check it.
 //!
 //! | signal | pin | connector | |
 //! |---|---|---|---|
@@ -10,7 +10,7 @@
 //! | left, right current | PC0, PC3 | CN9-3, CN9-5 | ADC1, optional |
 //! | emergency stop | PE13 | CN10-10 | normally closed to ground, optional |
 //! | blue button | PC13 | on board | stops |
-//! | LEDs | PB0, PB7, PB14 | on board | green: alive, blue: motors work, red: fault |
+//! | LEDs | PB0, PB7, PB14 | on board | green: alive, blue: a motor is driven, red: fault |
 //! | serial | PD8, PD9 | ST-LINK's USB | USART3, 115 200 baud |
 
 use super::ResetCause;
@@ -22,7 +22,7 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{self, Enable};
 use stm32f4xx_hal::timer::{self, CounterHz, PwmChannel};
 use stm32f4xx_hal::{pac, qei::Qei, serial};
-use vehicle_controller::controller::{Inputs, Snapshot, State};
+use vehicle_controller::controller::{Inputs, Snapshot};
 use vehicle_controller::time::{self, Duration, Instant};
 use vehicle_controller::vehicle::{DifferentialDrive, Servo, differential};
 
@@ -366,13 +366,12 @@ pub struct Leds {
 }
 
 impl Leds {
-    /// Green blinks once a second; blue: an axis is in motion; red: a fault is latched.
+    /// Green blinks once a second; blue: a motor is driven; red: a fault is latched.
     pub fn show(&mut self, snapshot: &Snapshot) {
         let milliseconds = (snapshot.time.ticks() / 1000) as u32;
-        let moves =
-            snapshot.translation.state != State::Hold || snapshot.rotation.state != State::Hold;
+        let driven = snapshot.wheels.iter().any(|wheel| wheel.duty != 0.0);
         self.green.set_state((milliseconds % 1000 < 500).into());
-        self.blue.set_state(moves.into());
+        self.blue.set_state(driven.into());
         self.red.set_state(snapshot.fault.is_some().into());
     }
 }
