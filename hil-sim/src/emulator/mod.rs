@@ -1,6 +1,7 @@
 //! The shipped image of the firmware, unmodified, on an emulated board that drives the simulated plant.
 
 mod base;
+mod bench;
 mod board;
 mod count;
 mod debug_info;
@@ -15,7 +16,8 @@ mod part;
 mod program;
 mod strict;
 
-pub use base::{ImageBase, Outcome, Setup};
+pub use base::{ImageBase, Setup};
+pub use bench::Outcome;
 pub use board::Bridge;
 pub use count::{Counts, PartCount};
 pub use fault::Fault;
