@@ -8,7 +8,8 @@
 
 use super::estimator::{Estimate, Pose, transport};
 use crate::math::{
-    NotPositive, is_finite, nearest_positive, positive_part, symmetric, wrap, written_covariance,
+    NotPositive, is_finite, nearest_positive, positive_part, symmetric, transported, wrap,
+    written_covariance,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -164,11 +165,11 @@ impl Update {
     /// With Φ the product of F since: P := P + Φ K ν, C := Φ C⁺ Φᵀ + Q, where Q = C − Φ C⁻ Φᵀ is the noise since.
     #[must_use]
     pub fn carried_to_later(&self, estimate: &Estimate) -> Estimate {
-        let phi = self.transport_to(&estimate.pose);
-        let noise = estimate.covariance - phi * self.before * phi.transpose();
-        let c = phi * self.after * phi.transpose()
-            + positive_part(&((noise + noise.transpose()) * 0.5));
-        moved(estimate, phi * self.shift, &c)
+        let dx = estimate.pose.x - self.pose.x;
+        let dy = estimate.pose.y - self.pose.y;
+        let noise = estimate.covariance - transported(&self.before, dx, dy);
+        let c = transported(&self.after, dx, dy) + positive_part(&noise);
+        moved(estimate, transport(dx, dy) * self.shift, &c)
     }
 
     /// Carries the update to an earlier estimate: the smoother's gain is C_τ Φᵀ C⁻¹. Where C is singular, the past is left as it was.
@@ -182,15 +183,8 @@ impl Update {
         let c = estimate.covariance;
         let gain = c * phi.transpose() * inverse;
         let c = c + gain * (self.after - self.before) * gain.transpose();
-        moved(
-            estimate,
-            gain * self.shift,
-            &positive_part(&((c + c.transpose()) * 0.5)),
-        )
-    }
-
-    fn transport_to(&self, pose: &Pose) -> Matrix3<f64> {
-        transport(pose.x - self.pose.x, pose.y - self.pose.y)
+        let c = positive_part(&((c + c.transpose()) * 0.5));
+        moved(estimate, gain * self.shift, &c)
     }
 }
 
@@ -201,7 +195,7 @@ fn moved(estimate: &Estimate, shift: Vector3<f64>, c: &Matrix3<f64>) -> Estimate
             y: estimate.pose.y + shift.y,
             theta: estimate.pose.theta + shift.z,
         },
-        covariance: (c + c.transpose()) * 0.5,
+        covariance: *c,
     }
 }
 

@@ -8,8 +8,8 @@ mod sum;
 mod trigonometry;
 
 pub use covariance::{
-    Asymmetric, NotPositive, is_finite, nearest_positive, positive_part, symmetric, upper_triangle,
-    written_covariance,
+    Asymmetric, NotPositive, is_finite, nearest_positive, positive_part, symmetric, transported,
+    upper_triangle, written_covariance,
 };
 pub use split::Split;
 pub use sum::{Factor, Sum};
