@@ -200,7 +200,7 @@ fn emulated(image: &Path, robot: &Robot, seed: u64) -> Result<Box<dyn Base>> {
 fn emulated(_: &Path, _: &Robot, _: u64) -> Result<Box<dyn Base>> {
     bail!(
         "--image needs the emulator, which this hil-sim was built without: \
-         cargo run --release --ignore-rust-version -p hil-sim --features emulator -- …"
+         run `cargo emulator …` in its repository"
     )
 }
 

@@ -232,7 +232,7 @@ impl FakeSerial {
     const BYTES_PER_SECOND: u64 = 11_520;
     const BYTE: u64 = 1_000_000;
 
-    /// Lets time pass. A line that had nothing to carry does not save its time up: a byte may begin at once, no more.
+    /// Lets time pass. A line that had nothing to carry does not save its time up: a byte from the base may begin at once, no more.
     pub fn advance(&mut self, elapsed: Duration) {
         let earned = elapsed.ticks() * Self::BYTES_PER_SECOND;
         for credit in &mut self.credit {
@@ -255,6 +255,8 @@ impl SerialErrorType for FakeSerial {
 impl Read<u8> for FakeSerial {
     fn read(&mut self) -> nb::Result<u8, Infallible> {
         if self.to_base.is_empty() {
+            // The next byte begins when it is put on the line, and arrives when its time is over.
+            self.credit[0] = 0;
             return Err(nb::Error::WouldBlock);
         }
         Self::spend(&mut self.credit[0])?;

@@ -27,7 +27,8 @@ pub struct Rig {
     plant: Plant,
     wires: [Rc<Wires>; 2],
     ideal: bool,
-    battery_divider: f64,
+    /// None if the battery is not measured.
+    battery_divider: Option<f64>,
     controller: Controller<Vehicle>,
     desk: Desk,
     interpreter: Interpreter,
@@ -75,7 +76,9 @@ impl Rig {
         let vehicle = vehicle(&wires, robot, &robot.params)?;
         let mut controller = Controller::new(vehicle, robot.params.build(PERIOD), None);
         let now = Instant::from_ticks(0);
-        controller.tick(now, &Inputs::default());
+        let ideal = robot.model == Model::Ideal;
+        let battery_divider = (!ideal).then_some(robot.physics.battery.divider);
+        controller.tick(now, &convert(&plant, battery_divider));
         let desk = Interface::new(controller.snapshot(), robot.params.limits());
         let identity = Identity {
             target: "hil-sim",
@@ -85,8 +88,8 @@ impl Rig {
         Ok(Self {
             plant,
             wires,
-            ideal: robot.model == Model::Ideal,
-            battery_divider: robot.physics.battery.divider,
+            ideal,
+            battery_divider,
             controller,
             desk,
             interpreter: Interpreter::new(identity, robot.params),
@@ -144,26 +147,27 @@ impl Rig {
         &mut self.plant
     }
 
-    /// One period: the plant moves on, the control loop ticks, bytes travel.
+    /// One period: the plant moves on and bytes travel, then the control loop ticks. A line that is complete before the tick takes effect in it, as it
+    /// does on a board.
     pub fn tick(&mut self) {
+        // Converted when the last tick had read the one before.
+        let analog = convert(&self.plant, self.battery_divider);
         self.advance_plant();
+        self.serial.advance(PERIOD);
+        self.interpreter.receive_from(&mut self.serial);
+        self.interpret();
         self.now = time::after(self.now, PERIOD);
         let inputs = Inputs {
-            battery: (!self.ideal)
-                .then(|| converted(self.plant.bus_voltage() / self.battery_divider)),
-            currents: self
-                .plant
-                .current()
-                .map(|amperes| Some(converted(CURRENT_ZERO + CURRENT_SENSITIVITY * amperes))),
             estop_open: self.estop,
-            stop_button: false,
+            ..analog
         };
         for event in self.controller.tick(self.now, &inputs) {
             self.interpreter.notify(*event);
         }
         self.desk.update(self.controller.snapshot());
         while self.desk.work() {}
-        self.carry_bytes();
+        self.interpret();
+        self.interpreter.transmit_to(&mut self.serial);
     }
 
     fn advance_plant(&mut self) {
@@ -188,15 +192,12 @@ impl Rig {
         right.edges.set(counts[1]);
     }
 
-    fn carry_bytes(&mut self) {
-        self.serial.advance(PERIOD);
-        self.interpreter.receive_from(&mut self.serial);
+    fn interpret(&mut self) {
         self.interpreter.poll(&mut self.desk);
         while let Some(request) = self.desk.take_request() {
             // There is room: a desk has one under way, and an emergency stop needs none.
             let _ = self.controller.request(request);
         }
-        self.interpreter.transmit_to(&mut self.serial);
     }
 
     /// A row of the trace.
@@ -246,5 +247,15 @@ impl Rig {
                 .map_or("none", |fault| fault.name())
                 .to_owned(),
         }
+    }
+}
+
+/// What the converter makes of the analog inputs. Nobody measures the battery of an ideal robot.
+fn convert(plant: &Plant, battery_divider: Option<f64>) -> Inputs {
+    let sensor = |amperes| Some(converted(CURRENT_ZERO + CURRENT_SENSITIVITY * amperes));
+    Inputs {
+        battery: battery_divider.map(|divider| converted(plant.bus_voltage() / divider)),
+        currents: plant.current().map(sensor),
+        ..Inputs::default()
     }
 }

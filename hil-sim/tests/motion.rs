@@ -153,8 +153,8 @@ fn m_back_in_full_motion_brakes_reverses_and_lands() {
     let mut bench = Bench::new("default", 1);
     bench.send("m 5 0.4 0.5");
     bench.run(3.0);
+    let mut states = vec![bench.rig.snapshot().translation.state];
     bench.send("m -1");
-    let mut states = Vec::new();
     let mut from = None;
     for _ in 0..8000 {
         bench.tick();
@@ -176,7 +176,7 @@ fn m_back_in_full_motion_brakes_reverses_and_lands() {
         State::Hold,
     ];
     assert_eq!(states, expected);
-    // 1 m back from where the command came; in the tick that shows DECCEL the base went 0.4 mm.
+    // 1 m back from where the command came; in the tick that shows DECCEL the base goes 0.4 mm.
     let end = bench.truth().x - from.unwrap();
     assert!((end + 1.0).abs() < 2.5e-3, "{end}");
 }

@@ -61,7 +61,7 @@ enum Chore {
     /// Count the instructions of the control tick on the emulated board
     Count {
         /// What the base is told meanwhile
-        #[arg(long, default_value = "hil-sim/scenarios/every-state.script")]
+        #[arg(long, default_value = "hil-sim/scenarios/every_state.script")]
         script: String,
         #[command(flatten)]
         which: Which,

@@ -25,7 +25,7 @@ use vehicle_controller::time::{self, Instant};
 const START_PATIENCE_NS: u64 = 100_000_000;
 /// While it starts, it is looked after this often, ns.
 const START_STEP_NS: u64 = 10_000;
-/// The control interrupt may take so long before the period ends, ns.
+/// The control interrupt comes so long before the period ends, ns: for its own time, and for the PWM to take the new duty over with its next cycle.
 const TICK_NS: u64 = 100_000;
 
 /// How a board is set up.
@@ -124,6 +124,7 @@ impl ImageBase {
         let plant = Plant::new(&robot.physics, seed);
         let now = Instant::from_ticks(0);
         let mut core = Core::power_up(board, images)?;
+        sense(&core, &plant, robot.physics.battery.divider)?;
         let (power_on, received) = align(&mut core, program.control()?.address)?;
         Ok(Self {
             core,
@@ -178,13 +179,13 @@ impl ImageBase {
         }
     }
 
-    /// The counts that the plant has made since `from`, spread evenly over the period.
+    /// The counts that the plant has made since `from`, spread evenly over what of the period is before the tick.
     fn edges(&mut self, from: Instant) -> VecDeque<Edge> {
         let mut edges = Vec::new();
         let counts = self.plant.counts();
         for (side, (before, after)) in self.counts.into_iter().zip(counts).enumerate() {
             let (step, number) = ((after - before).signum(), before.abs_diff(after));
-            let period = PERIOD.ticks() * 1000;
+            let period = PERIOD.ticks() * 1000 - TICK_NS;
             edges.extend((0..number).map(|nth| Edge {
                 at: VirtualNanos(self.instant(from).0 + (2 * nth + 1) * period / (2 * number)),
                 side,
@@ -248,13 +249,7 @@ impl Base for ImageBase {
         self.advance_plant();
         self.now = time::after(self.now, PERIOD);
         let edges = self.edges(from);
-        let [left, right] = self
-            .plant
-            .current()
-            .map(|amperes| CURRENT_ZERO + CURRENT_SENSITIVITY * amperes);
-        let battery = self.plant.bus_voltage() / self.battery_divider;
-        self.core
-            .hold(move |held| held.session.board_mut().sense([battery, left, right]))?;
+        sense(&self.core, &self.plant, self.battery_divider)?;
         let until = self.instant(self.now);
         let Meeting {
             bytes,
@@ -299,6 +294,15 @@ impl Base for ImageBase {
         row.t = self.now.ticks() as f64 * 1e-6;
         Ok(row)
     }
+}
+
+/// Puts the voltages of battery and current sensors on the analog inputs.
+fn sense(core: &Core, plant: &Plant, battery_divider: f64) -> Result<()> {
+    let [left, right] = plant
+        .current()
+        .map(|amperes| CURRENT_ZERO + CURRENT_SENSITIVITY * amperes);
+    let battery = plant.bus_voltage() / battery_divider;
+    core.hold(move |held| held.session.board_mut().sense([battery, left, right]))
 }
 
 /// What the drivers make of their pins.

@@ -136,7 +136,7 @@ impl Nucleo {
                 continue;
             };
             *duty = match timer.pulse(channel, registers) {
-                Some(pulse) => pulse.width.0 as f64 / pulse.period.0 as f64,
+                Some(pulse) => cycles(pulse.width) / cycles(pulse.period),
                 // Not a PWM, but it may still be a level.
                 None => f64::from(timer.output(channel, registers) == Some(Level::High)),
             };
@@ -283,6 +283,12 @@ impl Board for Nucleo {
         );
         vec![Target::new("stm32f429", &mut self.part, core)]
     }
+}
+
+/// A time in whole cycles of the PWM's timer: the emulator rounds it to nanoseconds, and a cycle has six.
+fn cycles(time: VirtualNanos) -> f64 {
+    const TIMER_MHZ: f64 = 168.0;
+    (time.0 as f64 * TIMER_MHZ / 1e3).round()
 }
 
 #[cfg(test)]
