@@ -206,11 +206,12 @@ pub const CURRENT_ZERO: f64 = 1.65;
 /// Voltage of the current sensors per current, V/A.
 pub const CURRENT_SENSITIVITY: f64 = 0.25;
 
-/// What a 12-bit converter of 3.3 V makes of a voltage, in V.
+/// What a 12-bit converter of 3.3 V makes of a voltage, in V. It sees whole millivolts, as the emulated one does: the two run alike then.
 pub fn converted(volts: f64) -> f32 {
     const REFERENCE: f64 = 3.3;
     const FULL_SCALE: f64 = 4095.0;
-    let code = (volts / REFERENCE * FULL_SCALE)
+    let millivolts = (volts * 1e3).round();
+    let code = (millivolts * 1e-3 / REFERENCE * FULL_SCALE)
         .clamp(0.0, FULL_SCALE)
         .floor();
     (code / FULL_SCALE * REFERENCE) as f32
@@ -224,26 +225,29 @@ pub struct FakeSerial {
     /// Bytes that have come from the base.
     pub from_base: VecDeque<u8>,
     /// What the line could have carried by now and has not, in millionths of a byte: to the base, from it.
-    credit: [u64; 2],
+    credit: [i64; 2],
 }
 
 impl FakeSerial {
     /// Ten bits a byte.
-    const BYTES_PER_SECOND: u64 = 11_520;
-    const BYTE: u64 = 1_000_000;
+    const BYTES_PER_SECOND: i64 = 11_520;
+    const BYTE: i64 = 1_000_000;
+    /// The tick comes 0.1 ms before a period's end, and to read a line takes the board some 0.05 ms: so much of the line's time is missing before a tick.
+    const LATENCY_US: i64 = 150;
 
     /// Lets time pass. A line that had nothing to carry does not save its time up: a byte from the base may begin at once, no more.
     pub fn advance(&mut self, elapsed: Duration) {
-        let earned = elapsed.ticks() * Self::BYTES_PER_SECOND;
+        let earned = elapsed.ticks() as i64 * Self::BYTES_PER_SECOND;
         for credit in &mut self.credit {
             *credit = (*credit).min(Self::BYTE) + earned;
         }
     }
 
-    fn spend(credit: &mut u64) -> nb::Result<(), Infallible> {
-        *credit = credit
-            .checked_sub(Self::BYTE)
-            .ok_or(nb::Error::WouldBlock)?;
+    fn spend(credit: &mut i64) -> nb::Result<(), Infallible> {
+        if *credit < Self::BYTE {
+            return Err(nb::Error::WouldBlock);
+        }
+        *credit -= Self::BYTE;
         Ok(())
     }
 }
@@ -255,8 +259,8 @@ impl SerialErrorType for FakeSerial {
 impl Read<u8> for FakeSerial {
     fn read(&mut self) -> nb::Result<u8, Infallible> {
         if self.to_base.is_empty() {
-            // The next byte begins when it is put on the line, and arrives when its time is over.
-            self.credit[0] = 0;
+            // The next byte begins when it is put on the line.
+            self.credit[0] = -Self::LATENCY_US * Self::BYTES_PER_SECOND;
             return Err(nb::Error::WouldBlock);
         }
         Self::spend(&mut self.credit[0])?;
