@@ -193,30 +193,11 @@ impl Axis {
     }
 
     fn advance_reference(&mut self, config: &AxisConfig, cycle: &Cycle) -> Option<AxisEvent> {
-        let Cycle {
-            period,
-            steps,
-            speed,
-            share,
-        } = *cycle;
-        for remaining in (0..steps).rev() {
-            if self.profile.has_landed() {
-                self.ahead = 0.0;
-                self.reference_acceleration = 0.0;
-                break;
-            }
-            let step = self.profile.step(period, share);
-            self.reference_acceleration = step.speed_change / period;
-            self.state = match step.phase {
-                Phase::Accelerating => State::Accel,
-                Phase::Cruising => State::Move,
-                Phase::Decelerating => State::Deccel,
-            };
-            self.ahead = self.wait_for_vehicle(config, step.displacement, speed);
-            if remaining > 0 {
-                // A cycle was missed: the reference has been there already.
-                self.error += self.ahead;
-            }
+        for _ in 1..cycle.steps {
+            self.advance_missed(config, cycle);
+        }
+        if cycle.steps > 0 {
+            self.advance_one(config, cycle);
         }
         if !self.profile.has_landed() {
             return None;
@@ -226,7 +207,33 @@ impl Axis {
             // S := S − d, where d is s_ref at the end of this cycle.
             self.moved = Sum::new(-(self.error + self.ahead));
         }
-        self.settle(config, speed, steps as f32 * period)
+        self.settle(config, cycle.speed, cycle.steps as f32 * cycle.period)
+    }
+
+    /// A cycle that was missed: the reference has been there already. Apart from [`Self::advance_reference`], which is then no loop in most ticks.
+    #[cold]
+    #[inline(never)]
+    fn advance_missed(&mut self, config: &AxisConfig, cycle: &Cycle) {
+        self.advance_one(config, cycle);
+        self.error += self.ahead;
+        self.ahead = 0.0;
+    }
+
+    #[inline]
+    fn advance_one(&mut self, config: &AxisConfig, cycle: &Cycle) {
+        if self.profile.has_landed() {
+            self.ahead = 0.0;
+            self.reference_acceleration = 0.0;
+            return;
+        }
+        let step = self.profile.step(cycle.period, cycle.share);
+        self.reference_acceleration = step.speed_change / cycle.period;
+        self.state = match step.phase {
+            Phase::Accelerating => State::Accel,
+            Phase::Cruising => State::Move,
+            Phase::Decelerating => State::Deccel,
+        };
+        self.ahead = self.wait_for_vehicle(config, step.displacement, cycle.speed);
     }
 
     /// The part of a reference step that keeps the error within its bound; the rest is taken back.

@@ -402,7 +402,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.vehicle.brake()
         } else {
             self.motors = Motors::Driving;
-            self.drive()
+            self.drive(supply)
         };
         if driven.is_err() {
             self.trip(Fault::Output);
@@ -427,7 +427,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             && within(&self.rotation, &self.config.rotation, rotation)
     }
 
-    fn drive(&mut self) -> Result<(), crate::vehicle::OutputError> {
+    fn drive(&mut self, supply: f32) -> Result<(), crate::vehicle::OutputError> {
         let config = &self.config;
         let period = self.period;
         let speed = Twist {
@@ -438,7 +438,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation: self.translation.acceleration(),
             rotation: self.rotation.acceleration(),
         };
-        let supply = self.readings.usable_supply(&self.config.sensing);
         self.vehicle.drive(speed, acceleration, supply, period)
     }
 

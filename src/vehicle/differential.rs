@@ -128,6 +128,14 @@ where
     fn share(&self, wanted: Twist, supply: f32) -> f32 {
         let [left, right] = self.config.geometry.wheel_speeds(wanted);
         let fastest = larger(left.abs(), right.abs());
+        let needed = fastest * (1.0 / HEADROOM);
+        let [left, right] = &self.config.servo;
+        if needed <= self.config.max_wheel_speed
+            && left.reaches(needed, supply)
+            && right.reaches(needed, supply)
+        {
+            return 1.0;
+        }
         let limit = self
             .config
             .servo

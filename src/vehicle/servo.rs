@@ -29,6 +29,12 @@ pub struct Config {
 }
 
 impl Config {
+    /// True if a speed (m/s, above 0) needs no more voltage than the supply can give: less work than [`Self::top_speed`].
+    #[must_use]
+    pub fn reaches(&self, speed: f32, supply: f32) -> bool {
+        self.static_friction + self.speed_gain * speed <= supply * self.max_duty
+    }
+
     /// The speed at which the motor's voltage reaches what the supply can give, m/s.
     #[must_use]
     pub fn top_speed(&self, supply: f32) -> f32 {
