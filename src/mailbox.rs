@@ -1,6 +1,6 @@
-//! A mailbox for one message between two priorities: neither side ever waits for the other.
+//! A mailbox for one message between two priorities of one core: neither side ever waits for the other.
 //!
-//! `heapless::spsc` would do, but it divides by a length that the linker cannot see to be a constant, and the division's check is a panic.
+//! `heapless::spsc` would do for requests, but it divides by a length that the linker cannot see to be a constant, and the division's check is a panic.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -9,6 +9,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 /// Room for one message.
 pub struct Mailbox<T> {
     full: AtomicBool,
+    /// The receiver copies the message.
+    reading: AtomicBool,
     message: UnsafeCell<MaybeUninit<T>>,
 }
 
@@ -18,7 +20,7 @@ pub struct Sender<'a, T>(&'a Mailbox<T>);
 /// Takes messages out.
 pub struct Receiver<'a, T>(&'a Mailbox<T>);
 
-// SAFETY: the message is touched by the sender while `full` is false and by the receiver while it is true, and there is one of each.
+// SAFETY: there is one of each, and who may touch the message is told at each place that does.
 unsafe impl<T: Send> Send for Sender<'_, T> {}
 // SAFETY: as above.
 unsafe impl<T: Send> Send for Receiver<'_, T> {}
@@ -28,6 +30,7 @@ impl<T: Copy> Mailbox<T> {
     pub const fn new() -> Self {
         Self {
             full: AtomicBool::new(false),
+            reading: AtomicBool::new(false),
             message: UnsafeCell::new(MaybeUninit::uninit()),
         }
     }
@@ -51,6 +54,20 @@ impl<T: Copy> Sender<'_, T> {
             self.0.full.store(true, Ordering::Release);
         }
     }
+
+    /// Lets `write` make a new message of the last one, in place, whether that has been taken out or not: what is taken is the newest. While the receiver
+    /// copies a message nothing is sent.
+    ///
+    /// # Safety
+    /// The receiver must not run before this returns: it lives at a lower priority of the same core.
+    pub unsafe fn replace_with(&mut self, write: impl FnOnce(&mut T)) {
+        if self.0.reading.load(Ordering::Acquire) {
+            return;
+        }
+        // SAFETY: the receiver does not read, and cannot begin to. `split` has written a first message.
+        write(unsafe { (*self.0.message.get()).assume_init_mut() });
+        self.0.full.store(true, Ordering::Release);
+    }
 }
 
 impl<T: Copy> Receiver<'_, T> {
@@ -59,9 +76,11 @@ impl<T: Copy> Receiver<'_, T> {
         if !self.0.full.load(Ordering::Acquire) {
             return None;
         }
-        // SAFETY: `full` is true and this is the only receiver: nobody writes. `split` has written a first message.
+        self.0.reading.swap(true, Ordering::AcqRel);
+        // SAFETY: `full` is true, so `send_with` does not write; `reading` is true, so `replace_with` does not. `split` has written a first message.
         let message = unsafe { (*self.0.message.get()).assume_init() };
         self.0.full.store(false, Ordering::Release);
+        self.0.reading.store(false, Ordering::Release);
         Some(message)
     }
 }

@@ -15,12 +15,14 @@
 #![no_main]
 
 mod board;
+mod inbox;
 mod mailbox;
 
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use crate::board::ResetCause;
     use crate::board::nucleo_f429zi::{self as board, Board};
+    use crate::inbox::Inbox;
     use crate::mailbox::{self, Mailbox};
     use core::sync::atomic::{AtomicBool, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -34,11 +36,9 @@ mod app {
     /// The period of the control loop.
     const PERIOD: Duration = Duration::millis(1);
     /// Idle may be busy with one thing for so many ticks; then it is taken for dead, and the watchdog is left to starve.
-    const IDLE_DEADLINE: u32 = 15;
+    const IDLE_DEADLINE: u32 = 10;
     /// The watchdog's time-out, nominally. Its oscillator is 17 to 47 kHz for a nominal 32: this is 8 to 23 ms.
     const WATCHDOG: Duration = Duration::millis(12);
-    /// A byte that no line may have: stands for one that was lost, so that no line is taken for another.
-    const LOST: u8 = 0xFF;
 
     type Config = differential::Config;
 
@@ -62,8 +62,7 @@ mod app {
         snapshots: mailbox::Sender<'static, Snapshot>,
         // The receiver's.
         receiver: board::Receiver,
-        received: Producer<'static, u8>,
-        byte_lost: bool,
+        inbox: Inbox,
         // Idle's.
         desk: Desk,
         interpreter: Interpreter,
@@ -136,8 +135,7 @@ mod app {
             events,
             snapshots,
             receiver: board.receiver,
-            received,
-            byte_lost: false,
+            inbox: Inbox::new(received),
             interpreter: Interpreter::new(identity, params),
             transmitter: board.transmitter,
             leds: board.leds,
@@ -166,10 +164,12 @@ mod app {
             let _ = ctx.local.events.enqueue(*event);
         }
         let controller = &*ctx.local.controller;
-        ctx.local.snapshots.send_with(|snapshot| {
-            controller.update_snapshot(snapshot);
-            true
-        });
+        // SAFETY: idle, the receiver, cannot interrupt this.
+        unsafe {
+            ctx.local
+                .snapshots
+                .replace_with(|snapshot| controller.update_snapshot(snapshot));
+        }
         let idle_alive = ctx.shared.idle_alive.swap(false, Ordering::Relaxed);
         if ctx.local.heartbeat.beat(idle_alive) {
             ctx.local.watchdog.feed();
@@ -177,16 +177,10 @@ mod app {
     }
 
     /// A byte has come.
-    #[task(binds = USART3, priority = 2, local = [receiver, received, byte_lost])]
+    #[task(binds = USART3, priority = 2, local = [receiver, inbox])]
     fn receive(ctx: receive::Context) {
-        let Some(byte) = ctx.local.receiver.read() else {
-            return;
-        };
-        if *ctx.local.byte_lost {
-            *ctx.local.byte_lost = ctx.local.received.enqueue(LOST).is_err();
-        }
-        let byte = byte.unwrap_or(LOST);
-        *ctx.local.byte_lost |= ctx.local.received.enqueue(byte).is_err();
+        let (byte, lost) = ctx.local.receiver.read();
+        ctx.local.inbox.put(byte, lost);
     }
 
     #[idle(shared = [&idle_alive],
@@ -219,9 +213,8 @@ mod app {
                 leds.show(&snapshot);
                 desk.update(snapshot);
             }
-            while interpreter.can_receive()
-                && let Some(byte) = bytes.dequeue()
-            {
+            // Whether it can still be answered or not: it may be what stops the base.
+            while let Some(byte) = bytes.dequeue() {
                 interpreter.receive(byte);
             }
             desk.work();
