@@ -10,18 +10,25 @@ use image::{Client, emulated};
 const LSI_HZ: [u64; 3] = [17_000, 32_000, 47_000];
 /// Within this the motors are off and the base has reset itself, whatever hangs, s.
 const HANG_DEADLINE: f64 = 0.050;
+/// The same with an oscillator of its nominal frequency.
+const NOMINAL_DEADLINE: f64 = 0.025;
 /// Within this a fault switches the motors off, s.
 const FAULT_DEADLINE: f64 = 0.001;
 
 /// A base at speed.
 fn driving(lsi_hz: u64) -> Client<ImageBase> {
+    driving_for(lsi_hz, 1500)
+}
+
+/// The same after some milliseconds.
+fn driving_for(lsi_hz: u64, milliseconds: u64) -> Client<ImageBase> {
     let mut client = Client::new(emulated(&Setup {
         lsi_hz,
         ..Setup::default()
     }));
     client.wait_for("! boot power-on", 100);
     assert_eq!(client.ask("m inf 0.3"), "OK");
-    client.run(1500);
+    client.run(milliseconds);
     assert!(client.base.plant().speed().0 > 0.25, "it does not drive");
     client
 }
@@ -71,16 +78,77 @@ fn is_safe(client: &mut Client<ImageBase>) {
 fn hang(fault: Fault) {
     for lsi_hz in LSI_HZ {
         let mut client = driving(lsi_hz);
+        let deadline = if lsi_hz == 32_000 {
+            NOMINAL_DEADLINE
+        } else {
+            HANG_DEADLINE
+        };
         let (off, reset) = fail(&mut client, fault);
-        assert!(
-            (0.0..HANG_DEADLINE).contains(&off),
-            "{lsi_hz} Hz: off after {off} s"
-        );
-        assert!(
-            (0.0..HANG_DEADLINE).contains(&reset),
-            "{lsi_hz} Hz: reset after {reset} s"
-        );
+        for time in [off, reset] {
+            assert!((0.0..deadline).contains(&time), "{lsi_hz} Hz: {time} s");
+        }
         is_safe(&mut client);
+    }
+}
+
+/// The stack grows downward into nothing: the fault's handler runs on a fresh one.
+#[test]
+fn a_stack_that_overflows_switches_off_at_once() {
+    let mut client = driving(32_000);
+    let (off, reset) = fail(&mut client, Fault::IdleOverflows);
+    // 16 KiB at 36 bytes a turn of two instructions: some 10 µs.
+    assert!((0.0..FAULT_DEADLINE).contains(&off), "off after {off} s");
+    assert!(
+        (0.0..HANG_DEADLINE).contains(&reset),
+        "reset after {reset} s"
+    );
+    is_safe(&mut client);
+}
+
+/// A line takes effect within 2 ms of its last byte, whenever that comes.
+#[test]
+fn a_command_takes_effect_within_two_ticks() {
+    /// Ten bits at 115 200 baud, ms.
+    const BYTE: f64 = 10.0 / 115.2;
+    for blanks in 0..12 {
+        let mut client = Client::new(emulated(&Setup::default()));
+        client.wait_for("! boot", 100);
+        client.run(50);
+        let line = format!("m {:>width$}", 0.5, width = blanks + 3);
+        client.send(&line);
+        let sent = client.time;
+        while client
+            .base
+            .bridges()
+            .iter()
+            .all(hil_sim::emulator::Bridge::is_off)
+        {
+            client.tick();
+            assert!(client.time < sent + 20, "it does not drive");
+        }
+        let arrived = (line.len() + 1) as f64 * BYTE;
+        // As of the end of a millisecond: the motors were on up to one earlier.
+        let taken = (client.time - sent) as f64 - arrived;
+        assert!(taken <= 2.0, "{} bytes: {taken} ms", line.len() + 1);
+    }
+}
+
+/// A client gone mad, and somebody who stops the base: what cannot be answered any more is obeyed all the same.
+#[test]
+fn a_flood_of_lines_does_not_hide_an_emergency_stop() {
+    for lines in [250, 340, 500] {
+        let mut client = driving(32_000);
+        for k in 0..lines {
+            client.send(&format!("@{k} GetEstPos"));
+        }
+        client.send("EStop");
+        while client.base.backlog() > 0 {
+            client.tick();
+        }
+        client.wait_for("! fault estop", 2000);
+        client.run(3000);
+        assert!(client.base.plant().speed().0.abs() < 1e-3, "it drives on");
+        assert_eq!(client.ask("GetStatus"), "Status HOLD HOLD enabled estop");
     }
 }
 

@@ -16,7 +16,7 @@ use crate::math::{Sum, larger, limit, sign};
 ///        │                                └───────────────────────────────│──┘
 ///        └────────────────────────────────────────────────────────────────┘ speed 0
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
     /// The displacement is servoed to the reference.

@@ -106,8 +106,7 @@ fn emulated(session: &mut Session, machine: &Machine) -> Result<Outcome> {
     } else {
         "test"
     };
-    let tests =
-        "--ignore-rust-version --package hil-sim --features emulator --test image_* --no-fail-fast";
+    let tests = "--ignore-rust-version --package hil-sim --features emulator --lib --test image_* --no-fail-fast";
     session.run(&mut session.cargo(&format!("{runner} {tests}")))
 }
 

@@ -104,6 +104,7 @@ impl ImageBase {
                 held.session.watch(watch);
             }
             held.observer.expect_reset();
+            held.observer.overflows = fault == Fault::IdleOverflows;
             held.observer.injection = Some(injection);
         })
     }

@@ -1,4 +1,4 @@
-//! Faults that are put into a running image from outside: one instruction of it is overwritten in the emulated flash, until the next reset.
+//! Faults that are put into a running image from outside: an instruction or two are overwritten in the emulated flash, until the next reset.
 
 use super::program::{Flow, Program};
 use anyhow::{Result, anyhow};
@@ -11,6 +11,9 @@ use rigless::time::VirtualNanos;
 const HANG: u16 = 0xE7FE;
 /// `udf #0`: an instruction that is none, which ends in a HardFault.
 const UNDEFINED: u16 = 0xDE00;
+/// `push {r0-r7, lr}` and back to it: the stack grows without end.
+const PUSH: u16 = 0xB5FF;
+const AGAIN: u16 = 0xE7FD;
 
 /// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +22,8 @@ pub enum Fault {
     IdleHangs,
     /// The control interrupt gets stuck at its first instruction.
     TickHangs,
+    /// Idle pushes on its stack for ever.
+    IdleOverflows,
     /// Idle runs into an instruction that is none.
     IdleFaults,
     /// The control interrupt does, at its first instruction.
@@ -28,11 +33,11 @@ pub enum Fault {
 /// A fault on its way into the image.
 #[derive(Debug)]
 pub(super) struct Injection {
-    instruction: u16,
+    instructions: &'static [u16],
     /// The places of which the first that the core comes by is overwritten.
     places: Vec<u64>,
     /// What was overwritten: where, with what it was.
-    done: Option<(u64, u64)>,
+    done: Vec<(u64, u64)>,
     at: Option<VirtualNanos>,
 }
 
@@ -41,7 +46,7 @@ impl Injection {
     pub(super) fn new(program: &Program, fault: Fault) -> Result<Self> {
         let places = match fault {
             Fault::TickHangs | Fault::TickFaults => vec![program.control()?.address],
-            Fault::IdleHangs | Fault::IdleFaults => {
+            Fault::IdleHangs | Fault::IdleFaults | Fault::IdleOverflows => {
                 let flow = program.flow(program.idle()?);
                 let is_call = |(_, flow): &(u64, Flow)| matches!(flow, Flow::Call { .. });
                 flow.iter()
@@ -54,12 +59,14 @@ impl Injection {
             return Err(anyhow!("idle calls nothing: there is no place for a fault"));
         }
         Ok(Self {
-            instruction: match fault {
-                Fault::IdleHangs | Fault::TickHangs => HANG,
-                Fault::IdleFaults | Fault::TickFaults => UNDEFINED,
+            instructions: match fault {
+                Fault::IdleHangs | Fault::TickHangs => &[HANG],
+                Fault::IdleFaults | Fault::TickFaults => &[UNDEFINED],
+                // A call, which is what it replaces, has room for two.
+                Fault::IdleOverflows => &[PUSH, AGAIN],
             },
             places,
-            done: None,
+            done: Vec::new(),
             at: None,
         })
     }
@@ -87,16 +94,17 @@ impl Injection {
         for watch in self.watches() {
             session.unwatch(watch);
         }
-        let before = host.read(hit.address, Width::W16)?;
-        host.program(hit.address, Width::W16, self.instruction.into())?;
-        self.done = Some((hit.address, before));
+        for (address, instruction) in (hit.address..).step_by(2).zip(self.instructions) {
+            self.done.push((address, host.read(address, Width::W16)?));
+            host.program(address, Width::W16, (*instruction).into())?;
+        }
         self.at = Some(hit.at);
         Ok(())
     }
 
     /// A reset: the image is whole again.
     pub(super) fn restore(&mut self, host: &mut dyn Host) -> Result<()> {
-        if let Some((address, before)) = self.done.take() {
+        for (address, before) in self.done.drain(..) {
             host.program(address, Width::W16, before)?;
         }
         Ok(())

@@ -97,7 +97,7 @@ struct Lockstep {
 
 impl Lockstep {
     fn meet(&mut self, session: &mut Session<Nucleo>, stop: Stop) {
-        let problem = strict::problem(session, self.observer.expected_resets());
+        let problem = strict::problem(session, &self.observer);
         let problem = problem.or_else(|| self.observer.failure.clone());
         let board = session.board_mut();
         let (bytes, backlog) = board

@@ -16,6 +16,8 @@ const DRIVE_REGISTERS: [std::ops::Range<u64>; 2] =
 pub struct Observer {
     resets: usize,
     expected_resets: usize,
+    /// The stack was made to run into memory that is not there.
+    pub(super) overflows: bool,
     bridges: [Bridge; 2],
     /// Since when both motors are off.
     off_since: Option<VirtualNanos>,

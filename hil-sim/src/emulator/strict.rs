@@ -1,11 +1,12 @@
 //! What makes a run invalid: anything the image did that the emulated board has no answer to.
 
 use super::board::Nucleo;
+use super::observer::Observer;
 use rigless::session::Session;
 use std::fmt::Write;
 
 /// What the image did that a real board may not forgive or the emulated one does not know; None if all is well.
-pub(super) fn problem(session: &mut Session<Nucleo>, expected_resets: usize) -> Option<String> {
+pub(super) fn problem(session: &mut Session<Nucleo>, observer: &Observer) -> Option<String> {
     let mut text = String::new();
     let mut note = |line: std::fmt::Arguments<'_>| {
         let separator = if text.is_empty() { "" } else { "; " };
@@ -13,7 +14,9 @@ pub(super) fn problem(session: &mut Session<Nucleo>, expected_resets: usize) -> 
         let _ = write!(text, "{separator}{line}");
     };
     for unmapped in session.unmapped() {
-        note(format_args!("{unmapped}"));
+        if !observer.overflows {
+            note(format_args!("{unmapped}"));
+        }
     }
     for (address, fault) in session.refused() {
         note(format_args!("refused at={address:#010x}: {fault:?}"));
@@ -38,7 +41,7 @@ pub(super) fn problem(session: &mut Session<Nucleo>, expected_resets: usize) -> 
         let (instance, register, reason) = (told.instance, told.register, told.reason);
         note(format_args!("{instance}.{register}: {reason}"));
     }
-    for reset in session.resets().iter().skip(expected_resets) {
+    for reset in session.resets().iter().skip(observer.expected_resets()) {
         let (at, cause) = (reset.at.0 as f64 * 1e-9, reset.cause);
         note(format_args!("unexpected reset at {at:.6} s: {cause:?}"));
     }

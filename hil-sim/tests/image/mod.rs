@@ -48,6 +48,8 @@ pub struct Client<B> {
     partial: Vec<u8>,
     /// Milliseconds since power-on.
     pub time: u64,
+    /// Bytes that it has sent.
+    pub received: usize,
 }
 
 impl<B: Base> Client<B> {
@@ -58,6 +60,7 @@ impl<B: Base> Client<B> {
             lines: Vec::new(),
             partial: Vec::new(),
             time: 0,
+            received: 0,
         }
     }
 
@@ -71,6 +74,7 @@ impl<B: Base> Client<B> {
         self.base.tick().unwrap();
         self.time += 1;
         for byte in self.base.receive() {
+            self.received += 1;
             match byte {
                 b'\r' => {}
                 b'\n' => {
@@ -118,8 +122,13 @@ impl<B: Base> Client<B> {
         panic!("`{line}` was not answered: {:?}", self.lines);
     }
 
-    /// Plays a script, and on until the base has been at rest and silent for a second, or for a minute.
+    /// Plays a script, and on until the base has been at rest and silent for a second; fails after a minute.
     pub fn play(&mut self, script: &Script) {
+        self.play_and(script, |_| ());
+    }
+
+    /// The same, with a look at the base after each millisecond.
+    pub fn play_and(&mut self, script: &Script, mut look: impl FnMut(&B)) {
         let mut steps = script.steps.iter().peekable();
         let mut patience = 60_000;
         loop {
@@ -137,6 +146,7 @@ impl<B: Base> Client<B> {
                 }
             }
             self.tick();
+            look(&self.base);
             if steps.peek().is_some() {
                 continue;
             }
@@ -144,7 +154,8 @@ impl<B: Base> Client<B> {
             let spoke = self.lines.last().map_or(0, |(at, _)| *at);
             let quiet_since = spoke.max(last(script));
             let busy = self.base.backlog() > 0 || !self.base.holds().unwrap();
-            if patience == 0 || (!busy && self.time > quiet_since + 1000) {
+            assert!(patience > 0, "it does not come to rest");
+            if !busy && self.time > quiet_since + 1000 {
                 return;
             }
         }
