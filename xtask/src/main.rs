@@ -42,7 +42,7 @@ enum Chore {
         #[arg(long)]
         check: bool,
     },
-    /// Whether anything that can be reached after start-up panics or hangs
+    /// Whether anything that can be reached after start-up panics or never returns
     Panics {
         #[command(flatten)]
         which: Which,
