@@ -204,7 +204,7 @@ mod app {
             // First, so that the events that led to it are all there: they are told before a reply shows what they did.
             let snapshot = known.take();
             while let Some(event) = from_controller.dequeue() {
-                if let Event::Fault(fault) = event {
+                if let Event::Fault(fault, _) = event {
                     defmt::error!("fault {=str}", fault.name());
                 }
                 interpreter.notify(event);

@@ -100,6 +100,13 @@ const OVERSPEED: f32 = 1.03;
 /// The share of the largest correction that even the slowest motion may use: less does not get a wheel past its stiction.
 const CREEP: f32 = 0.2;
 
+/// A following error of so many lags is a fault: in motion the reference waits at one, so the vehicle was carried away.
+const FAR: f32 = 5.0;
+/// Within this share of the largest error the reference waits …
+const WAITING: f32 = 0.95;
+/// … and a vehicle slower than this share of the command is held up.
+const HELD_UP: f32 = 0.1;
+
 /// What happened on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AxisEvent {
@@ -327,6 +334,28 @@ impl Axis {
     #[must_use]
     pub fn reference_speed(&self) -> f32 {
         self.profile.speed()
+    }
+
+    /// True if it goes on and on: nothing but a command ends it.
+    #[must_use]
+    pub fn is_endless(&self) -> bool {
+        self.pending == Pending::Nothing && !self.profile.has_landed()
+    }
+
+    /// True if the vehicle is so far from the reference that this is no lag any more.
+    #[inline]
+    #[must_use]
+    pub fn is_far_off(&self, config: &AxisConfig) -> bool {
+        self.error.abs() > FAR * config.max_error
+    }
+
+    /// True if the reference waits for a vehicle that does not come.
+    #[inline]
+    #[must_use]
+    pub fn is_held_up(&self, config: &AxisConfig, speed: f32) -> bool {
+        self.error.abs() >= WAITING * config.max_error
+            && self.state != State::Hold
+            && speed.abs() < HELD_UP * self.profile.pace()
     }
 
     /// True if the reference stands and nothing is awaited.
