@@ -215,7 +215,7 @@ impl Supervisor {
         }
         // Neither wheel moves, and nobody wants them to turn the base.
         let opposed = left.expected() * right.expected() < 0.0;
-        let both_stand = left.stands(left_reading) && right.stands(right_reading);
+        let both_stand = left.stands() && right.stands();
         if matches!(fault, Fault::NoMotion | Fault::Stall) && opposed && both_stand && !cycle.turns
         {
             return Some((Fault::WheelsFighting, Place::Both));

@@ -72,12 +72,25 @@ impl MotorModel {
     }
 }
 
+/// How a wheel contradicts its motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Contradiction {
+    /// It turns too fast or too slowly.
+    #[default]
+    Differs,
+    /// It stands, or nearly.
+    Stands,
+    /// It turns the other way.
+    Reversed,
+}
+
 /// What a wheel is suspected of, and for how long.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct WheelMonitor {
     /// v̂, m/s.
     expected: f32,
-    /// How much the wheel contradicts its model, s: Page's CUSUM of the excess over the threshold.
+    contradiction: Contradiction,
+    /// How much the wheel contradicts its model in this way, s: Page's CUSUM of the excess over the threshold.
     suspicion: f32,
     /// The last count's direction, and how often in a row it was the opposite of the one before.
     last: f32,
@@ -149,8 +162,21 @@ impl WheelMonitor {
         rolled: f32,
         dt: f32,
     ) -> bool {
-        let runs_away = measured * self.expected < 0.0;
-        let fastest = if runs_away { FASTEST_REVERSED } else { FASTEST };
+        let contradiction = if measured.abs() < STANDING * self.expected.abs() {
+            Contradiction::Stands
+        } else if measured * self.expected < 0.0 {
+            Contradiction::Reversed
+        } else {
+            Contradiction::Differs
+        };
+        if contradiction != self.contradiction {
+            self.contradiction = contradiction;
+            self.suspicion = 0.0;
+        }
+        let fastest = match contradiction {
+            Contradiction::Reversed => FASTEST_REVERSED,
+            _ => FASTEST,
+        };
         let rate = smaller(difference / threshold - 1.0, fastest);
         self.suspicion = larger(self.suspicion + rate * dt, 0.0);
         if rolled != 0.0 {
@@ -176,8 +202,8 @@ impl WheelMonitor {
     }
 
     /// True if the wheel stands although the motor would turn it.
-    pub(super) fn stands(&self, reading: &Reading) -> bool {
-        reading.speed.abs() < STANDING * self.expected.abs()
+    pub(super) fn stands(&self) -> bool {
+        self.contradiction == Contradiction::Stands
     }
 
     /// What is wrong with a wheel that contradicts its motor; nothing yet if it may be a stall that passes.
@@ -187,12 +213,10 @@ impl WheelMonitor {
         if self.suspicion < 0.5 * VERDICT {
             return None;
         }
-        if !self.stands(reading) {
-            return Some(if reading.speed * self.expected < 0.0 {
-                Fault::EncoderSign
-            } else {
-                Fault::Mismatch
-            });
+        match self.contradiction {
+            Contradiction::Differs => return Some(Fault::Mismatch),
+            Contradiction::Reversed => return Some(Fault::EncoderSign),
+            Contradiction::Stands => {}
         }
         if self.reversals >= FLICKER {
             return Some(Fault::EncoderChannel);
