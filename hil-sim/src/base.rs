@@ -1,5 +1,6 @@
 //! A simulated base, whatever its controller runs on: the library on this computer, or the image on an emulated board.
 
+use crate::faults::Fault;
 use crate::plant::Plant;
 use crate::rig::Rig;
 use crate::trace::Row;
@@ -29,6 +30,18 @@ pub trait Base {
     /// # Errors
     /// If the simulation cannot go on.
     fn set_estop(&mut self, open: bool) -> Result<()>;
+
+    /// Lets something go wrong from here on, in place of what was wrong with the same part.
+    ///
+    /// # Errors
+    /// If this base has no such part.
+    fn inject(&mut self, fault: Fault) -> Result<()>;
+
+    /// All that was wrong is well. The encoders count on from where they are.
+    ///
+    /// # Errors
+    /// If the simulation cannot go on.
+    fn clear_faults(&mut self) -> Result<()>;
 
     /// The simulated time.
     fn now(&self) -> Instant;
@@ -78,6 +91,15 @@ impl Base for Rig {
 
     fn set_estop(&mut self, open: bool) -> Result<()> {
         Rig::set_estop(self, open);
+        Ok(())
+    }
+
+    fn inject(&mut self, fault: Fault) -> Result<()> {
+        Rig::inject(self, fault)
+    }
+
+    fn clear_faults(&mut self) -> Result<()> {
+        Rig::clear_faults(self);
         Ok(())
     }
 

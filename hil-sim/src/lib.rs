@@ -4,6 +4,7 @@
 pub mod base;
 #[cfg(feature = "emulator")]
 pub mod emulator;
+pub mod faults;
 pub mod peripherals;
 pub mod plant;
 pub mod plot;

@@ -1,12 +1,13 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
+use crate::faults::{Fault, FaultyEncoder};
 use crate::peripherals::{
     CURRENT_SENSITIVITY, CURRENT_ZERO, FakeDrive, FakeQei, FakeSerial, Wires, converted,
 };
 use crate::plant::{Command, Input, Plant, Push};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use std::rc::Rc;
 use vehicle_controller::controller::{Controller, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
@@ -26,6 +27,7 @@ pub const SUBSTEPS: u32 = 4;
 pub struct Rig {
     plant: Plant,
     wires: [Rc<Wires>; 2],
+    encoders: [FaultyEncoder; 2],
     ideal: bool,
     /// None if the battery is not measured.
     battery_divider: Option<f64>,
@@ -70,9 +72,11 @@ impl Rig {
     pub fn new(robot: &Robot, seed: u64) -> Result<Self> {
         let plant = Plant::new(&robot.physics, seed);
         let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
-        for (wires, count) in wires.iter().zip(plant.counts()) {
+        let counts = plant.counts();
+        for (wires, count) in wires.iter().zip(counts) {
             wires.edges.set(count);
         }
+        let encoders = [0, 1].map(|wheel| FaultyEncoder::new(counts[wheel], seed, wheel));
         let vehicle = vehicle(&wires, robot, &robot.params)?;
         let mut controller = Controller::new(vehicle, robot.params.build(PERIOD), None);
         let now = Instant::from_ticks(0);
@@ -88,6 +92,7 @@ impl Rig {
         Ok(Self {
             plant,
             wires,
+            encoders,
             ideal,
             battery_divider,
             controller,
@@ -125,6 +130,29 @@ impl Rig {
     /// Opens the emergency-stop circuit, or closes it.
     pub fn set_estop(&mut self, open: bool) {
         self.estop = open;
+    }
+
+    /// Lets something go wrong from here on, in place of what was wrong with the same part.
+    ///
+    /// # Errors
+    /// If this base has no such part.
+    pub fn inject(&mut self, fault: Fault) -> Result<()> {
+        match fault {
+            Fault::Encoder(side, fault) => {
+                for wheel in side.wheels() {
+                    self.encoders[wheel].inject(fault);
+                }
+            }
+            other => bail!("this base cannot have the fault `{other}` yet"),
+        }
+        Ok(())
+    }
+
+    /// All that was wrong is well. The encoders count on from where they are.
+    pub fn clear_faults(&mut self) {
+        for encoder in &mut self.encoders {
+            encoder.clear();
+        }
     }
 
     /// The simulated time.
@@ -188,8 +216,8 @@ impl Rig {
             self.plant.step(dt, &input);
         }
         let counts = self.plant.counts();
-        left.edges.set(counts[0]);
-        right.edges.set(counts[1]);
+        left.edges.set(self.encoders[0].show(counts[0]));
+        right.edges.set(self.encoders[1].show(counts[1]));
     }
 
     fn interpret(&mut self) {

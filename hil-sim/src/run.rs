@@ -36,6 +36,8 @@ pub fn run(
                     torque,
                     seconds,
                 } => base.push(*force, *torque, *seconds),
+                Action::Fault(fault) => base.inject(*fault)?,
+                Action::Clear => base.clear_faults()?,
                 Action::End => break 'run,
             }
         }

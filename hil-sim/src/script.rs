@@ -1,5 +1,6 @@
 //! Scripts: what is sent to the base, and what happens to it, at which time.
 
+use crate::faults::{Fault, number};
 use anyhow::{Context, Result, anyhow, bail};
 use std::path::Path;
 
@@ -17,6 +18,10 @@ pub enum Action {
         /// s.
         seconds: f64,
     },
+    /// Lets something go wrong.
+    Fault(Fault),
+    /// All that was wrong is well.
+    Clear,
     /// Ends the run.
     End,
 }
@@ -117,29 +122,30 @@ fn parse_directive(directive: &str) -> Result<Action> {
             }
             Ok(push)
         }
+        ["fault", fault @ ..] => Ok(Action::Fault(Fault::parse(fault)?)),
+        ["clear"] => Ok(Action::Clear),
+        ["clear", ..] => bail!("!clear takes nothing"),
         ["push", ..] => bail!("!push takes a force (N), a torque (N·m) and a time (s)"),
         ["end", ..] => bail!("!end takes nothing"),
-        [other, ..] => bail!("no directive !{other}: there are !push and !end"),
+        [other, ..] => bail!("no directive !{other}: there are !push, !fault, !clear and !end"),
         [] => bail!("no directive after !"),
-    }
-}
-
-fn number(word: &str) -> Result<f64> {
-    match word.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err(anyhow!("`{word}` is not a number")),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::faults::{EncoderFault, Side};
 
     #[test]
     fn a_script() {
         let script = Script::parse("# drive\n0 m 1 0.3\n\n2.5 !push 5 0 1\n4 !end\n", "s").unwrap();
         assert_eq!(script.steps.len(), 3);
         assert_eq!(script.steps[0].action, Action::Send("m 1 0.3".into()));
+        let script = Script::parse("1 !fault both encoder jump -5\n2 !clear\n", "s").unwrap();
+        let jump = Fault::Encoder(Side::Both, EncoderFault::Jump(-5));
+        assert_eq!(script.steps[0].action, Action::Fault(jump));
+        assert_eq!(script.steps[1].action, Action::Clear);
     }
 
     #[test]
@@ -155,6 +161,13 @@ mod tests {
             ("0", "s:1: nothing to send after the time"),
             ("0 !push 1", "s:1: !push takes"),
             ("0 !push 1 2 x", "s:1: `x` is not a number"),
+            (
+                "0 !fault left encoder\n",
+                "s:1: an encoder's fault is stuck",
+            ),
+            ("0 m 1\n1 !fault left encoder jump x", "s:2: `x` is not a"),
+            ("0 !fault", "s:1: !fault takes `left|right|both"),
+            ("0 !clear all", "s:1: !clear takes nothing"),
             ("0 !jump", "s:1: no directive !jump"),
             ("0 !end\n1 m", "s:2: after !end"),
             ("nan m", "s:1: a line begins"),

@@ -6,6 +6,7 @@ use super::knowledge::Knowledge;
 use super::lockstep::{Core, Edge, Meeting, Stretch};
 use super::program::Program;
 use crate::base::Base;
+use crate::faults::{Fault, FaultyEncoder};
 use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
@@ -27,6 +28,10 @@ const START_PATIENCE_NS: u64 = 100_000_000;
 const START_STEP_NS: u64 = 10_000;
 /// The control interrupt comes so long before the period ends, ns: for its own time, and for the PWM to take the new duty over with its next cycle.
 const TICK_NS: u64 = 100_000;
+
+/// Edges of an encoder in a period. 1.5 µs lie between two of them then: a channel, which has every other one, is at half of the 800 kHz that its
+/// filter lets pass.
+const MAX_EDGES: usize = 600;
 
 /// How a board is set up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,7 +62,9 @@ pub struct ImageBase {
     up: bool,
     plant: Plant,
     battery_divider: f64,
-    counts: [i64; 2],
+    encoders: [FaultyEncoder; 2],
+    /// Positions that the encoders have yet to show, one edge after the other.
+    waiting: [VecDeque<i64>; 2],
     bridges: [Bridge; 2],
     now: Instant,
     push: Push,
@@ -132,7 +139,8 @@ impl ImageBase {
             knowledge,
             program,
             up: !received.is_empty(),
-            counts: plant.counts(),
+            encoders: [0, 1].map(|wheel| FaultyEncoder::new(plant.counts()[wheel], seed, wheel)),
+            waiting: Default::default(),
             plant,
             battery_divider: robot.physics.battery.divider,
             bridges: [Bridge::default(); 2],
@@ -179,20 +187,26 @@ impl ImageBase {
         }
     }
 
-    /// The counts that the plant has made since `from`, spread evenly over what of the period is before the tick.
+    /// The edges that the encoders have made since `from`, spread evenly over what of the period is before the tick. Those that the timers' filters could
+    /// not tell apart wait for the next period.
     fn edges(&mut self, from: Instant) -> VecDeque<Edge> {
         let mut edges = Vec::new();
         let counts = self.plant.counts();
-        for (side, (before, after)) in self.counts.into_iter().zip(counts).enumerate() {
-            let (step, number) = ((after - before).signum(), before.abs_diff(after));
-            let period = PERIOD.ticks() * 1000 - TICK_NS;
-            edges.extend((0..number).map(|nth| Edge {
-                at: VirtualNanos(self.instant(from).0 + (2 * nth + 1) * period / (2 * number)),
+        let period = PERIOD.ticks() * 1000 - TICK_NS;
+        for (side, waiting) in self.waiting.iter_mut().enumerate() {
+            self.encoders[side].follow(counts[side], |position| waiting.push_back(position));
+            let number = waiting.len().min(MAX_EDGES);
+            let positions = waiting.drain(..number).zip(0_u64..);
+            edges.extend(positions.map(|(count, nth)| Edge {
+                at: VirtualNanos(
+                    self.power_on
+                        + from.ticks() * 1000
+                        + (2 * nth + 1) * period / (2 * number as u64),
+                ),
                 side,
-                count: before + step * (nth as i64 + 1),
+                count,
             }));
         }
-        self.counts = counts;
         edges.sort_by_key(|edge| edge.at);
         edges.into()
     }
@@ -228,6 +242,25 @@ impl Base for ImageBase {
     fn set_estop(&mut self, open: bool) -> Result<()> {
         self.core
             .hold(move |held| held.session.board_mut().set_estop(held.stop.at, open))
+    }
+
+    fn inject(&mut self, fault: Fault) -> Result<()> {
+        match fault {
+            Fault::Encoder(side, fault) => {
+                for wheel in side.wheels() {
+                    self.encoders[wheel].inject(fault);
+                }
+            }
+            other => bail!("this base cannot have the fault `{other}` yet"),
+        }
+        Ok(())
+    }
+
+    fn clear_faults(&mut self) -> Result<()> {
+        for encoder in &mut self.encoders {
+            encoder.clear();
+        }
+        Ok(())
     }
 
     fn now(&self) -> Instant {

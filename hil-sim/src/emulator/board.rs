@@ -3,6 +3,7 @@
 use super::flash::Flash;
 use super::line::Line;
 use super::part::Part;
+use crate::faults::levels;
 use rigless::cpu;
 use rigless::device::Level;
 use rigless::machine::{Board, Target, armv7m};
@@ -147,9 +148,7 @@ impl Nucleo {
     /// Moves an encoder to a position, one count at a time.
     pub fn turn(&mut self, at: VirtualNanos, side: usize, count: i64) {
         self.counts[side] = count;
-        // A leads B when it turns forward.
-        let phase = count.rem_euclid(4);
-        let levels = [phase == 1 || phase == 2, phase >= 2].map(Level::from);
+        let levels = levels(count).map(Level::from);
         for (channel, (pin, level)) in ENCODER_PINS[side].into_iter().zip(levels).enumerate() {
             self.drive(at, pin, Some(level));
             if self.function(pin) != Some(ENCODER_FUNCTION) {

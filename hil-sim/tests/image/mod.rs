@@ -142,6 +142,8 @@ impl<B: Base> Client<B> {
                         torque,
                         seconds,
                     } => self.base.push(*force, *torque, *seconds),
+                    Action::Fault(fault) => Base::inject(&mut self.base, *fault).unwrap(),
+                    Action::Clear => self.base.clear_faults().unwrap(),
                     Action::End => return,
                 }
             }
