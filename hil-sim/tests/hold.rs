@@ -3,7 +3,7 @@
 mod bench;
 
 use bench::{Bench, max, rms};
-use hil_sim::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO};
+use hil_sim::plant::CURRENT_ZERO;
 use hil_sim::robot::Robot;
 use vehicle_controller::params::Id;
 
@@ -80,8 +80,9 @@ fn at_rest_it_does_not_hunt() {
 fn with_current_sensors(robot: &str, seed: u64) -> Bench {
     let mut robot = Robot::load(robot).unwrap();
     let resistance = robot.physics.motor.resistance as f32;
+    let sensitivity = robot.physics.bridge.current_sensitivity;
     let values = [
-        (Id::CurrentScale, (1.0 / CURRENT_SENSITIVITY) as f32),
+        (Id::CurrentScale, (1.0 / sensitivity) as f32),
         (Id::CurrentZero, CURRENT_ZERO as f32),
         (Id::MotorResistance, resistance),
     ];
