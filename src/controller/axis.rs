@@ -2,6 +2,7 @@
 
 use super::profile::{Phase, Profile};
 use crate::math::{Sum, larger, limit, sign};
+use crate::supervisor::Following;
 
 /// State of an axis [C figure 4].
 ///
@@ -342,20 +343,20 @@ impl Axis {
         self.pending == Pending::Nothing && !self.profile.has_landed()
     }
 
-    /// True if the vehicle is so far from the reference that this is no lag any more.
+    /// How well a vehicle of this speed follows the reference.
     #[inline]
     #[must_use]
-    pub fn is_far_off(&self, config: &AxisConfig) -> bool {
-        self.error.abs() > FAR * config.max_error
-    }
-
-    /// True if the reference waits for a vehicle that does not come.
-    #[inline]
-    #[must_use]
-    pub fn is_held_up(&self, config: &AxisConfig, speed: f32) -> bool {
-        self.error.abs() >= WAITING * config.max_error
-            && self.state != State::Hold
-            && speed.abs() < HELD_UP * self.profile.pace()
+    pub fn following(&self, config: &AxisConfig, speed: f32) -> Following {
+        if self.error.abs() < WAITING * config.max_error {
+            return Following::Closely;
+        }
+        if self.error.abs() > FAR * config.max_error {
+            Following::FarOff
+        } else if self.state != State::Hold && speed.abs() < HELD_UP * self.profile.pace() {
+            Following::HeldUp
+        } else {
+            Following::Closely
+        }
     }
 
     /// True if the reference stands and nothing is awaited.

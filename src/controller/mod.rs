@@ -304,12 +304,10 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             supply: self.readings.supply,
             motor_supply: self.readings.usable_supply(&config.sensing),
             turns: self.rotation.state() != State::Hold,
-            lags: self.translation.is_far_off(&config.translation)
-                || self.rotation.is_far_off(&config.rotation),
-            held_up: self
-                .translation
-                .is_held_up(&config.translation, translation)
-                || self.rotation.is_held_up(&config.rotation, rotation),
+            following: [
+                self.translation.following(&config.translation, translation),
+                self.rotation.following(&config.rotation, rotation),
+            ],
             estimate_is_finite: self.estimator.is_finite(),
         }
     }
@@ -391,7 +389,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     fn wake(&mut self) {
         if self.motors == Motors::Off {
             let wheels = self.vehicle.wheels();
-            self.supervisor.start(&self.config.supervision, &wheels);
+            self.supervisor.start(&wheels);
         }
         self.motors = Motors::Driving;
         self.stopping = None;

@@ -54,12 +54,21 @@ pub struct Cycle {
     pub motor_supply: f32,
     /// A turn is under way.
     pub turns: bool,
-    /// An axis is far from its reference.
-    pub lags: bool,
-    /// An axis does not get on.
-    pub held_up: bool,
+    /// How well translation and rotation follow their references.
+    pub following: [Following; 2],
     /// Every number of the estimate is one.
     pub estimate_is_finite: bool,
+}
+
+/// How well an axis follows its reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Following {
+    /// As it should.
+    Closely,
+    /// The reference waits for a vehicle that does not come.
+    HeldUp,
+    /// The vehicle is so far away that this is no lag any more.
+    FarOff,
 }
 
 /// A wheel in a cycle.
@@ -92,7 +101,7 @@ const OVERCURRENT_TIME: f32 = 0.02;
 /// … the battery's voltage, already filtered …
 const SUPPLY_TIME: f32 = 0.1;
 /// … an axis far from its reference …
-const LAG_TIME: f32 = 0.05;
+const FAR_OFF_TIME: f32 = 0.05;
 /// … and one that does not get on.
 const HELD_UP_TIME: f32 = 1.0;
 /// A wheel can be this much faster than its limit: regulation overshoots.
@@ -104,11 +113,14 @@ const OVERRUN: u32 = 37;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Supervisor {
     wheels: [WheelMonitor; 2],
+    /// The length of the cycle before, s: each wheel is looked at in every other cycle.
+    last_dt: f32,
+    right_is_next: bool,
     overspeed: Lasting,
     overcurrent: Lasting,
     undervoltage: Lasting,
     overvoltage: Lasting,
-    lag: Lasting,
+    far_off: Lasting,
     held_up: Lasting,
     /// Something was out of bounds lately.
     alert: bool,
@@ -120,9 +132,9 @@ pub struct Supervisor {
 
 impl Supervisor {
     /// The motors are switched on, the wheels are as they are.
-    pub fn start(&mut self, config: &Config, wheels: &[Wheel; 2]) {
+    pub fn start(&mut self, wheels: &[Wheel; 2]) {
         *self = Self {
-            wheels: wheels.map(|wheel| WheelMonitor::new(wheel.speed, config.max_wheel_speed)),
+            wheels: wheels.map(|wheel| WheelMonitor::new(wheel.speed)),
             silence: self.silence,
             ..Self::default()
         };
@@ -140,71 +152,65 @@ impl Supervisor {
         self.silence > config.deadman
     }
 
-    /// True if a wheel has made more counts than it can: what it says of this cycle is not to be used. Call it once a cycle, before
-    /// [`watch`](Self::watch).
+    /// Which wheels have made more counts than they can: what they say of this cycle is not to be used. Call it once a cycle.
     #[inline]
     pub fn jumps(&mut self, config: &Config, rolled: [f32; 2], dt: f32) -> Option<Place> {
+        let reach = config.max_wheel_speed * dt * wheel::REACH;
         let [left, right] = &mut self.wheels;
-        let left = left.jumps(rolled[0], config.max_wheel_speed, dt);
-        let right = right.jumps(rolled[1], config.max_wheel_speed, dt);
-        place(left, right)
+        let left = left.jumps(rolled[0], reach, config.max_wheel_speed);
+        let right = right.jumps(rolled[1], reach, config.max_wheel_speed);
+        if left || right {
+            place(left, right)
+        } else {
+            None
+        }
     }
 
     /// Looks at a cycle in which the motors were on.
+    ///
+    /// What it looks for takes many cycles to be sure of, so it looks at one half of it in one cycle and at the other in the next.
     #[inline]
     pub fn watch(&mut self, config: &Config, cycle: &Cycle) -> Option<(Fault, Place)> {
-        let wheels = self.compare(config, cycle);
-        if wheels.is_some() {
-            return wheels;
-        }
         if cycle.steps != 1 || self.missed > 0 {
             self.missed = (self.missed + 2 * cycle.steps.saturating_sub(1)).saturating_sub(1);
+            self.alert |= self.missed >= OVERRUN;
         }
-        let fastest = larger(cycle.wheels[0].speed.abs(), cycle.wheels[1].speed.abs());
-        let [lowest, highest] = config.supply;
-        let out_of_bounds = fastest > OVERSPEED * config.max_wheel_speed
-            || cycle.supply < lowest
-            || cycle.supply > highest
-            || over(config, cycle.currents) != [false; 2]
-            || cycle.lags
-            || cycle.held_up
-            || !cycle.estimate_is_finite
-            || self.missed > 0;
-        if out_of_bounds || self.alert {
-            self.judge(config, cycle, fastest)
+        let dt = cycle.dt + self.last_dt;
+        self.last_dt = cycle.dt;
+        self.right_is_next = !self.right_is_next;
+        let contradicts;
+        if self.right_is_next {
+            contradicts = self.wheels[0].contradicts(&config.motor, &reading(cycle, 0), dt);
+            let [lowest, highest] = config.supply;
+            self.alert |= cycle.supply < lowest
+                || cycle.supply > highest
+                || is_fast(config, cycle)
+                || !cycle.estimate_is_finite;
         } else {
-            None
+            contradicts = self.wheels[1].contradicts(&config.motor, &reading(cycle, 1), dt);
+            self.alert |= cycle.following != [Following::Closely; 2]
+                || over(config, cycle.currents) != [false; 2];
         }
+        if !contradicts && !self.alert {
+            return None;
+        }
+        self.judge(config, cycle)
+    }
+
+    #[cold]
+    fn judge(&mut self, config: &Config, cycle: &Cycle) -> Option<(Fault, Place)> {
+        self.verdict(config, cycle)
+            .or_else(|| self.bounds(config, cycle))
     }
 
     /// The wheels against their motors.
-    #[inline]
-    fn compare(&mut self, config: &Config, cycle: &Cycle) -> Option<(Fault, Place)> {
-        if config.motor.speed_gain <= 0.0 {
+    fn verdict(&self, config: &Config, cycle: &Cycle) -> Option<(Fault, Place)> {
+        let [left, right] = &self.wheels;
+        let left_fault = left.verdict(&config.motor, &reading(cycle, 0));
+        let right_fault = right.verdict(&config.motor, &reading(cycle, 1));
+        if !left.is_convicted() && !right.is_convicted() {
             return None;
         }
-        let readings = readings(cycle);
-        let [left, right] = &mut self.wheels;
-        let left = left.contradicts(&config.motor, &readings[0], cycle.dt);
-        let right = right.contradicts(&config.motor, &readings[1], cycle.dt);
-        if left || right {
-            self.verdict(config, cycle, &readings)
-        } else {
-            None
-        }
-    }
-
-    #[inline(never)]
-    fn verdict(
-        &self,
-        config: &Config,
-        cycle: &Cycle,
-        readings: &[Reading; 2],
-    ) -> Option<(Fault, Place)> {
-        let [left, right] = &self.wheels;
-        let [left_reading, right_reading] = readings;
-        let left_fault = left.verdict(&config.motor, left_reading);
-        let right_fault = right.verdict(&config.motor, right_reading);
         let (fault, mut place) = if left.suspicion() >= right.suspicion() {
             (left_fault?, Place::Left)
         } else {
@@ -224,23 +230,22 @@ impl Supervisor {
     }
 
     /// What is out of bounds, and for how long.
-    #[inline(never)]
-    fn judge(&mut self, config: &Config, cycle: &Cycle, fastest: f32) -> Option<(Fault, Place)> {
+    fn bounds(&mut self, config: &Config, cycle: &Cycle) -> Option<(Fault, Place)> {
         let dt = cycle.dt;
         let overcurrent = over(config, cycle.currents);
         let [lowest, highest] = config.supply;
-        self.overspeed
-            .note(fastest > OVERSPEED * config.max_wheel_speed, dt);
+        self.overspeed.note(is_fast(config, cycle), dt);
         self.overcurrent.note(overcurrent != [false; 2], dt);
         self.undervoltage.note(cycle.supply < lowest, dt);
         self.overvoltage.note(cycle.supply > highest, dt);
-        self.lag.note(cycle.lags, dt);
-        self.held_up.note(cycle.held_up, dt);
+        let is = |following| cycle.following.contains(&following);
+        self.far_off.note(is(Following::FarOff), dt);
+        self.held_up.note(is(Following::HeldUp), dt);
         let all = [
             (self.overspeed, OVERSPEED_TIME, Fault::Overspeed),
             (self.overcurrent, OVERCURRENT_TIME, Fault::Overcurrent),
             (self.overvoltage, SUPPLY_TIME, Fault::Overvoltage),
-            (self.lag, LAG_TIME, Fault::Following),
+            (self.far_off, FAR_OFF_TIME, Fault::Following),
             (self.held_up, HELD_UP_TIME, Fault::Following),
             (self.undervoltage, SUPPLY_TIME, Fault::Undervoltage),
         ];
@@ -279,22 +284,32 @@ impl Config {
     }
 }
 
+#[inline]
 fn over(config: &Config, currents: [Option<f32>; 2]) -> [bool; 2] {
     currents.map(|current| current.is_some_and(|current| current.abs() > config.max_current))
 }
 
-fn readings(cycle: &Cycle) -> [Reading; 2] {
-    let [left, right] = cycle.wheels;
-    let reading = |wheel: Wheel, rolled, current| Reading {
+#[inline]
+fn is_fast(config: &Config, cycle: &Cycle) -> bool {
+    let [left, right] = &cycle.wheels;
+    larger(left.speed.abs(), right.speed.abs()) > OVERSPEED * config.max_wheel_speed
+}
+
+#[inline]
+fn reading(cycle: &Cycle, side: usize) -> Reading {
+    let ([left, right], [left_rolled, right_rolled]) = (cycle.wheels, cycle.rolled);
+    let [left_current, right_current] = cycle.currents;
+    let (wheel, rolled, current) = if side == 0 {
+        (left, left_rolled, left_current)
+    } else {
+        (right, right_rolled, right_current)
+    };
+    Reading {
         voltage: wheel.duty * cycle.motor_supply,
         speed: wheel.speed,
         rolled,
         current,
-    };
-    [
-        reading(left, cycle.rolled[0], cycle.currents[0]),
-        reading(right, cycle.rolled[1], cycle.currents[1]),
-    ]
+    }
 }
 
 fn place(left: bool, right: bool) -> Option<Place> {

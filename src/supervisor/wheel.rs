@@ -95,8 +95,8 @@ pub(super) struct WheelMonitor {
     /// The last count's direction, and how often in a row it was the opposite of the one before.
     last: f32,
     reversals: u8,
-    /// The way that the wheel could have rolled by now and has not, m.
-    reach: f32,
+    /// How much farther than it can the wheel has rolled, m.
+    ahead: f32,
 }
 
 /// The suspicion that is a verdict, s. A wheel that stands makes it in twice that …
@@ -112,7 +112,7 @@ const STANDING: f32 = 0.25;
 /// So many reversals of the count in a row are the flicker of a lost channel.
 const FLICKER: u8 = 5;
 /// A wheel can be this much faster than its limit …
-const REACH: f32 = 1.5;
+pub(super) const REACH: f32 = 1.5;
 /// … and counts may come in so late, s.
 const REACH_TIME: f32 = 0.01;
 /// A motor that draws less than this share of its stall current has no power.
@@ -120,27 +120,29 @@ const NO_CURRENT: f32 = 0.05;
 
 impl WheelMonitor {
     /// A wheel at this speed that nothing is known against.
-    pub(super) fn new(speed: f32, max_speed: f32) -> Self {
+    pub(super) fn new(speed: f32) -> Self {
         Self {
             expected: speed,
-            reach: REACH * REACH_TIME * max_speed,
             ..Self::default()
         }
     }
 
-    /// True if the wheel has rolled farther than it can.
+    /// True if the wheel has rolled farther than it can: more than `reach` in this cycle, and nothing in the last ones that would make up for it.
     #[inline]
-    pub(super) fn jumps(&mut self, rolled: f32, max_speed: f32, dt: f32) -> bool {
-        let limit = REACH * max_speed;
-        let reach = self.reach + limit * dt - rolled.abs();
-        self.reach = smaller(reach, limit * REACH_TIME);
-        // A NaN is no way to have rolled.
-        !(reach >= 0.0)
+    pub(super) fn jumps(&mut self, rolled: f32, reach: f32, max_speed: f32) -> bool {
+        if rolled.abs() <= reach && self.ahead <= 0.0 {
+            return false;
+        }
+        self.ahead = larger(self.ahead + rolled.abs() - reach, 0.0);
+        self.ahead > REACH * REACH_TIME * max_speed
     }
 
     /// Follows the motor for a cycle; `u` is the voltage that it had. True if the wheel does not do what the motor would.
     #[inline]
     pub(super) fn contradicts(&mut self, model: &MotorModel, reading: &Reading, dt: f32) -> bool {
+        if model.speed_gain <= 0.0 {
+            return false;
+        }
         let expected = model.predict(self.expected, reading.voltage, dt);
         self.expected = expected;
         let measured = reading.speed;
@@ -188,6 +190,11 @@ impl WheelMonitor {
             };
             self.last = rolled;
         }
+        self.is_convicted()
+    }
+
+    /// True if the suspicion is enough for a verdict.
+    pub(super) fn is_convicted(&self) -> bool {
         self.suspicion > VERDICT
     }
 
