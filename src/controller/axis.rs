@@ -300,8 +300,14 @@ impl Axis {
         }
     }
 
-    /// The speed that the reference strives for, signed.
+    /// What the speed that the reference strives for cannot exceed, above 0.
     #[inline]
+    #[must_use]
+    pub fn fastest_speed(&self) -> f32 {
+        larger(self.profile.pace(), self.profile.speed().abs())
+    }
+
+    /// The speed that the reference strives for, signed.
     #[must_use]
     pub fn wanted_speed(&self) -> f32 {
         self.profile.wanted_speed()

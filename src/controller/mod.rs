@@ -282,7 +282,18 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if self.supervisor.is_silent(supervision, elapsed.seconds) {
             self.lose_link();
         }
-        if let Some((fault, place)) = self.supervisor.watch(&self.config.supervision, &cycle) {
+        let (config, axes) = (&self.config, (&self.translation, &self.rotation));
+        let speed = self.motion.speed;
+        let following = || {
+            [
+                axes.0.following(&config.translation, speed.translation),
+                axes.1.following(&config.rotation, speed.rotation),
+            ]
+        };
+        let found = self
+            .supervisor
+            .watch(&config.supervision, &cycle, following);
+        if let Some((fault, place)) = found {
             self.trip(fault, place);
         }
     }
@@ -290,10 +301,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// What the supervisor sees.
     #[inline]
     fn cycle(&self, elapsed: Elapsed) -> supervisor::Cycle {
-        let Twist {
-            translation,
-            rotation,
-        } = self.motion.speed;
         let config = &self.config;
         supervisor::Cycle {
             dt: elapsed.seconds,
@@ -304,10 +311,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             supply: self.readings.supply,
             motor_supply: self.readings.usable_supply(&config.sensing),
             turns: self.rotation.state() != State::Hold,
-            following: [
-                self.translation.following(&config.translation, translation),
-                self.rotation.following(&config.rotation, rotation),
-            ],
             estimate_is_finite: self.estimator.is_finite(),
         }
     }
@@ -484,12 +487,20 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     fn advance(&mut self, elapsed: Elapsed) {
         let steps = elapsed.steps;
         let period = self.period;
-        let wanted = Twist {
-            translation: self.translation.wanted_speed(),
-            rotation: self.rotation.wanted_speed(),
-        };
         let supply = self.readings.usable_supply(&self.config.sensing);
-        let share = self.vehicle.share(wanted, supply);
+        // Mostly there is room for both at their fastest, and nothing to work out.
+        let fastest = Twist {
+            translation: self.translation.fastest_speed(),
+            rotation: self.rotation.fastest_speed(),
+        };
+        let mut share = self.vehicle.share(fastest, supply);
+        if share < 1.0 {
+            let wanted = Twist {
+                translation: self.translation.wanted_speed(),
+                rotation: self.rotation.wanted_speed(),
+            };
+            share = self.vehicle.share(wanted, supply);
+        }
         // Down at once, up only by more than the battery's ripple: a reference at the limit would follow that, and never cruise.
         if share < self.share || share > self.share * (1.0 + SHARE_RIPPLE) {
             self.share = share;

@@ -54,8 +54,6 @@ pub struct Cycle {
     pub motor_supply: f32,
     /// A turn is under way.
     pub turns: bool,
-    /// How well translation and rotation follow their references.
-    pub following: [Following; 2],
     /// Every number of the estimate is one.
     pub estimate_is_finite: bool,
 }
@@ -122,6 +120,8 @@ pub struct Supervisor {
     overvoltage: Lasting,
     far_off: Lasting,
     held_up: Lasting,
+    /// A wheel has rolled farther than it can in a cycle lately.
+    is_ahead: bool,
     /// Something was out of bounds lately.
     alert: bool,
     /// Ticks missed and not forgiven, halves.
@@ -156,21 +156,34 @@ impl Supervisor {
     #[inline]
     pub fn jumps(&mut self, config: &Config, rolled: [f32; 2], dt: f32) -> Option<Place> {
         let reach = config.max_wheel_speed * dt * wheel::REACH;
-        let [left, right] = &mut self.wheels;
-        let left = left.jumps(rolled[0], reach, config.max_wheel_speed);
-        let right = right.jumps(rolled[1], reach, config.max_wheel_speed);
-        if left || right {
-            place(left, right)
-        } else {
-            None
+        if larger(rolled[0].abs(), rolled[1].abs()) <= reach && !self.is_ahead {
+            return None;
         }
+        self.run_ahead(rolled, reach, config.max_wheel_speed)
+    }
+
+    #[cold]
+    fn run_ahead(&mut self, rolled: [f32; 2], reach: f32, max_speed: f32) -> Option<Place> {
+        let [left, right] = &mut self.wheels;
+        let jump = [
+            left.jumps(rolled[0], reach, max_speed),
+            right.jumps(rolled[1], reach, max_speed),
+        ];
+        self.is_ahead = left.is_ahead() || right.is_ahead();
+        place(jump[0], jump[1])
     }
 
     /// Looks at a cycle in which the motors were on.
     ///
-    /// What it looks for takes many cycles to be sure of, so it looks at one half of it in one cycle and at the other in the next.
+    /// What it looks for takes many cycles to be sure of, so it looks at one half of it in one cycle and at the other in the next. `following` says how
+    /// well translation and rotation follow their references.
     #[inline]
-    pub fn watch(&mut self, config: &Config, cycle: &Cycle) -> Option<(Fault, Place)> {
+    pub fn watch(
+        &mut self,
+        config: &Config,
+        cycle: &Cycle,
+        following: impl Fn() -> [Following; 2],
+    ) -> Option<(Fault, Place)> {
         if cycle.steps != 1 || self.missed > 0 {
             self.missed = (self.missed + 2 * cycle.steps.saturating_sub(1)).saturating_sub(1);
             self.alert |= self.missed >= OVERRUN;
@@ -188,19 +201,24 @@ impl Supervisor {
                 || !cycle.estimate_is_finite;
         } else {
             contradicts = self.wheels[1].contradicts(&config.motor, &reading(cycle, 1), dt);
-            self.alert |= cycle.following != [Following::Closely; 2]
+            self.alert |= following() != [Following::Closely; 2]
                 || over(config, cycle.currents) != [false; 2];
         }
         if !contradicts && !self.alert {
             return None;
         }
-        self.judge(config, cycle)
+        self.judge(config, cycle, following())
     }
 
     #[cold]
-    fn judge(&mut self, config: &Config, cycle: &Cycle) -> Option<(Fault, Place)> {
+    fn judge(
+        &mut self,
+        config: &Config,
+        cycle: &Cycle,
+        following: [Following; 2],
+    ) -> Option<(Fault, Place)> {
         self.verdict(config, cycle)
-            .or_else(|| self.bounds(config, cycle))
+            .or_else(|| self.bounds(config, cycle, following))
     }
 
     /// The wheels against their motors.
@@ -230,7 +248,12 @@ impl Supervisor {
     }
 
     /// What is out of bounds, and for how long.
-    fn bounds(&mut self, config: &Config, cycle: &Cycle) -> Option<(Fault, Place)> {
+    fn bounds(
+        &mut self,
+        config: &Config,
+        cycle: &Cycle,
+        following: [Following; 2],
+    ) -> Option<(Fault, Place)> {
         let dt = cycle.dt;
         let overcurrent = over(config, cycle.currents);
         let [lowest, highest] = config.supply;
@@ -238,9 +261,10 @@ impl Supervisor {
         self.overcurrent.note(overcurrent != [false; 2], dt);
         self.undervoltage.note(cycle.supply < lowest, dt);
         self.overvoltage.note(cycle.supply > highest, dt);
-        let is = |following| cycle.following.contains(&following);
-        self.far_off.note(is(Following::FarOff), dt);
-        self.held_up.note(is(Following::HeldUp), dt);
+        self.far_off
+            .note(following.contains(&Following::FarOff), dt);
+        self.held_up
+            .note(following.contains(&Following::HeldUp), dt);
         let all = [
             (self.overspeed, OVERSPEED_TIME, Fault::Overspeed),
             (self.overcurrent, OVERCURRENT_TIME, Fault::Overcurrent),

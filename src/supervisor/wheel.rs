@@ -128,13 +128,14 @@ impl WheelMonitor {
     }
 
     /// True if the wheel has rolled farther than it can: more than `reach` in this cycle, and nothing in the last ones that would make up for it.
-    #[inline]
     pub(super) fn jumps(&mut self, rolled: f32, reach: f32, max_speed: f32) -> bool {
-        if rolled.abs() <= reach && self.ahead <= 0.0 {
-            return false;
-        }
         self.ahead = larger(self.ahead + rolled.abs() - reach, 0.0);
         self.ahead > REACH * REACH_TIME * max_speed
+    }
+
+    /// True if it has rolled farther than it can lately.
+    pub(super) fn is_ahead(&self) -> bool {
+        self.ahead > 0.0
     }
 
     /// Follows the motor for a cycle; `u` is the voltage that it had. True if the wheel does not do what the motor would.
