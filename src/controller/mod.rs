@@ -155,15 +155,15 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     ) -> Result<(), Request<V::Config>> {
         let request = request.into();
         self.supervisor.sign_of_life();
-        match request.action {
-            Action::EStop => {
-                self.emergency = true;
-                self.emergency_ticket = request.ticket.unwrap_or(self.emergency_ticket);
-                Ok(())
-            }
-            Action::Live => Ok(()),
-            _ => self.requests.push_back(request),
+        if let Action::EStop = request.action {
+            self.emergency = true;
+            self.emergency_ticket = request.ticket.unwrap_or(self.emergency_ticket);
+            return Ok(());
         }
+        if let Action::Live = request.action {
+            return Ok(());
+        }
+        self.requests.push_back(request)
     }
 
     /// One cycle of the control loop; returns what happened in it. Call it every `period`; a late, missed or double call loses no counts and steps no reference.
@@ -301,7 +301,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// What the supervisor sees.
     #[inline]
     fn cycle(&self, elapsed: Elapsed) -> supervisor::Cycle {
-        let config = &self.config;
         supervisor::Cycle {
             dt: elapsed.seconds,
             steps: elapsed.steps,
@@ -309,7 +308,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             rolled: self.motion.rolled,
             currents: self.readings.currents,
             supply: self.readings.supply,
-            motor_supply: self.readings.usable_supply(&config.sensing),
+            motor_supply: self.readings.usable,
             turns: self.rotation.state() != State::Hold,
             estimate_is_finite: self.estimator.is_finite(),
         }
@@ -487,7 +486,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     fn advance(&mut self, elapsed: Elapsed) {
         let steps = elapsed.steps;
         let period = self.period;
-        let supply = self.readings.usable_supply(&self.config.sensing);
+        let supply = self.readings.usable;
         // Mostly there is room for both at their fastest, and nothing to work out.
         let fastest = Twist {
             translation: self.translation.fastest_speed(),

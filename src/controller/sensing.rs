@@ -40,6 +40,8 @@ const SUPPLY_FLOOR: f32 = 0.5;
 pub(super) struct Readings {
     /// Battery voltage, filtered, V.
     pub(super) supply: f32,
+    /// The supply that duties are computed with, V: a broken sense wire must not multiply them.
+    pub(super) usable: f32,
     /// Motor currents, A, where they are measured.
     pub(super) currents: [Option<f32>; 2],
     /// The emergency stop or the board's button asks for a stop.
@@ -50,6 +52,7 @@ impl Readings {
     pub(super) fn new(sensing: &Sensing) -> Self {
         Self {
             supply: sensing.nominal_supply,
+            usable: sensing.nominal_supply,
             currents: [None; 2],
             estop: false,
         }
@@ -64,6 +67,11 @@ impl Readings {
             _ => sensing.nominal_supply,
         };
         self.supply += (measured - self.supply) * period / (SUPPLY_FILTER + period);
+        self.usable = if self.supply < SUPPLY_FLOOR * sensing.nominal_supply {
+            sensing.nominal_supply
+        } else {
+            self.supply
+        };
         self.currents = if sensing.current_scale > 0.0 {
             let current = |volts: f32| (volts - sensing.current_zero) * sensing.current_scale;
             inputs
@@ -73,15 +81,6 @@ impl Readings {
             [None; 2]
         };
         self.estop = inputs.stop_button || (sensing.estop_input && inputs.estop_open);
-    }
-
-    /// The supply that duties are computed with. A broken sense wire must not multiply them.
-    pub(super) fn usable_supply(&self, sensing: &Sensing) -> f32 {
-        if self.supply < SUPPLY_FLOOR * sensing.nominal_supply {
-            sensing.nominal_supply
-        } else {
-            self.supply
-        }
     }
 }
 
@@ -132,7 +131,7 @@ mod tests {
                 battery: Some(battery),
                 ..Inputs::default()
             };
-            assert_eq!(settled(&SENSING, &inputs).usable_supply(&SENSING), 12.0);
+            assert_eq!(settled(&SENSING, &inputs).usable, 12.0);
         }
     }
 

@@ -82,26 +82,15 @@ struct Reading {
     current: Option<f32>,
 }
 
-/// A condition that counts once it has lasted; time without it is taken off again.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Lasting(f32);
-
-impl Lasting {
-    fn note(&mut self, holds: bool, dt: f32) {
-        self.0 = larger(self.0 + if holds { dt } else { -dt }, 0.0);
-    }
-}
-
-/// How long what is out of bounds may be so, s: a wheel's speed …
-const OVERSPEED_TIME: f32 = 0.03;
-/// … a motor's current …
-const OVERCURRENT_TIME: f32 = 0.02;
-/// … the battery's voltage, already filtered …
-const SUPPLY_TIME: f32 = 0.1;
-/// … an axis far from its reference …
-const FAR_OFF_TIME: f32 = 0.05;
-/// … and one that does not get on.
-const HELD_UP_TIME: f32 = 1.0;
+/// What may not last, for how long (s), and what it is: the ones that demand more come first. The battery's voltage is filtered before.
+const BOUNDS: [(f32, Fault); 6] = [
+    (0.03, Fault::Overspeed),
+    (0.02, Fault::Overcurrent),
+    (0.1, Fault::Overvoltage),
+    (0.05, Fault::Following),
+    (1.0, Fault::Following),
+    (0.1, Fault::Undervoltage),
+];
 /// A wheel can be this much faster than its limit: regulation overshoots.
 const OVERSPEED: f32 = 1.25;
 /// Each tick that comes forgives half a missed one. A gap of twenty periods is too much, and so is whatever adds up to it.
@@ -111,15 +100,13 @@ const OVERRUN: u32 = 37;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Supervisor {
     wheels: [WheelMonitor; 2],
-    /// The length of the cycle before, s: each wheel is looked at in every other cycle.
-    last_dt: f32,
-    right_is_next: bool,
-    overspeed: Lasting,
-    overcurrent: Lasting,
-    undervoltage: Lasting,
-    overvoltage: Lasting,
-    far_off: Lasting,
-    held_up: Lasting,
+    /// What is looked at next: the left wheel, the bounds, the right wheel, the bounds.
+    turn: u8,
+    /// Since a wheel was looked at, and from the look before to that one, s.
+    unwatched: f32,
+    unwatched_before: f32,
+    /// How long each of [`BOUNDS`] has been exceeded, s; time within it is taken off again.
+    exceeded: [f32; BOUNDS.len()],
     /// A wheel has rolled farther than it can in a cycle lately.
     is_ahead: bool,
     /// Something was out of bounds lately.
@@ -175,7 +162,7 @@ impl Supervisor {
 
     /// Looks at a cycle in which the motors were on.
     ///
-    /// What it looks for takes many cycles to be sure of, so it looks at one half of it in one cycle and at the other in the next. `following` says how
+    /// What it looks for takes many cycles to be sure of, so it takes turns: the left wheel, the bounds, the right wheel, the bounds. `following` says how
     /// well translation and rotation follow their references.
     #[inline]
     pub fn watch(
@@ -188,21 +175,27 @@ impl Supervisor {
             self.missed = (self.missed + 2 * cycle.steps.saturating_sub(1)).saturating_sub(1);
             self.alert |= self.missed >= OVERRUN;
         }
-        let dt = cycle.dt + self.last_dt;
-        self.last_dt = cycle.dt;
-        self.right_is_next = !self.right_is_next;
-        let contradicts;
-        if self.right_is_next {
-            contradicts = self.wheels[0].contradicts(&config.motor, &reading(cycle, 0), dt);
+        self.unwatched += cycle.dt;
+        self.turn = self.turn.wrapping_add(1);
+        let mut contradicts = false;
+        if self.turn & 1 == 0 {
             let [lowest, highest] = config.supply;
             self.alert |= cycle.supply < lowest
                 || cycle.supply > highest
                 || is_fast(config, cycle)
-                || !cycle.estimate_is_finite;
-        } else {
-            contradicts = self.wheels[1].contradicts(&config.motor, &reading(cycle, 1), dt);
-            self.alert |= following() != [Following::Closely; 2]
+                || !cycle.estimate_is_finite
+                || following() != [Following::Closely; 2]
                 || over(config, cycle.currents) != [false; 2];
+        } else {
+            let dt = self.unwatched + self.unwatched_before;
+            self.unwatched_before = self.unwatched;
+            self.unwatched = 0.0;
+            let [left, right] = &mut self.wheels;
+            contradicts = if self.turn & 2 == 0 {
+                left.contradicts(&config.motor, &reading(cycle, 0), dt)
+            } else {
+                right.contradicts(&config.motor, &reading(cycle, 1), dt)
+            };
         }
         if !contradicts && !self.alert {
             return None;
@@ -254,33 +247,31 @@ impl Supervisor {
         cycle: &Cycle,
         following: [Following; 2],
     ) -> Option<(Fault, Place)> {
-        let dt = cycle.dt;
         let overcurrent = over(config, cycle.currents);
         let [lowest, highest] = config.supply;
-        self.overspeed.note(is_fast(config, cycle), dt);
-        self.overcurrent.note(overcurrent != [false; 2], dt);
-        self.undervoltage.note(cycle.supply < lowest, dt);
-        self.overvoltage.note(cycle.supply > highest, dt);
-        self.far_off
-            .note(following.contains(&Following::FarOff), dt);
-        self.held_up
-            .note(following.contains(&Following::HeldUp), dt);
-        let all = [
-            (self.overspeed, OVERSPEED_TIME, Fault::Overspeed),
-            (self.overcurrent, OVERCURRENT_TIME, Fault::Overcurrent),
-            (self.overvoltage, SUPPLY_TIME, Fault::Overvoltage),
-            (self.far_off, FAR_OFF_TIME, Fault::Following),
-            (self.held_up, HELD_UP_TIME, Fault::Following),
-            (self.undervoltage, SUPPLY_TIME, Fault::Undervoltage),
+        let exceeds = [
+            is_fast(config, cycle),
+            overcurrent != [false; 2],
+            cycle.supply > highest,
+            following.contains(&Following::FarOff),
+            following.contains(&Following::HeldUp),
+            cycle.supply < lowest,
         ];
-        self.alert = all.iter().any(|(lasting, ..)| lasting.0 > 0.0);
-        let lasted = all.iter().find(|(lasting, limit, _)| lasting.0 > *limit);
-        if let Some((.., fault)) = lasted {
+        self.alert = false;
+        let mut found = None;
+        for ((time, exceeds), (limit, fault)) in self.exceeded.iter_mut().zip(exceeds).zip(BOUNDS) {
+            *time = larger(*time + if exceeds { cycle.dt } else { -cycle.dt }, 0.0);
+            self.alert |= *time > 0.0;
+            if found.is_none() && *time > limit {
+                found = Some(fault);
+            }
+        }
+        if let Some(fault) = found {
             let place = match fault {
                 Fault::Overcurrent => place(overcurrent[0], overcurrent[1]),
                 _ => None,
             };
-            return Some((*fault, place.unwrap_or(Place::Base)));
+            return Some((fault, place.unwrap_or(Place::Base)));
         }
         if self.missed >= OVERRUN {
             return Some((Fault::Overrun, Place::Base));

@@ -146,7 +146,8 @@ pub struct Servo<P, D, E> {
     regulator: Regulator,
     /// The voltage of the last tenth of a second, V.
     load: f32,
-    holds_load: bool,
+    /// What the battery had then, V.
+    supply: f32,
 }
 
 impl<P: SetDutyCycle, D: OutputPin, E: OutputPin> Servo<P, D, E> {
@@ -162,7 +163,7 @@ impl<P: SetDutyCycle, D: OutputPin, E: OutputPin> Servo<P, D, E> {
             config,
             regulator: Regulator::default(),
             load: 0.0,
-            holds_load: false,
+            supply: 0.0,
         };
         servo.off()?;
         Ok(servo)
@@ -183,7 +184,6 @@ impl<P: SetDutyCycle, D: OutputPin, E: OutputPin> Servo<P, D, E> {
     fn forget(&mut self) {
         self.regulator.reset();
         self.load = 0.0;
-        self.holds_load = false;
     }
 }
 
@@ -196,15 +196,18 @@ impl<P: SetDutyCycle, D: OutputPin, E: OutputPin> Drive for Servo<P, D, E> {
         let available = supply * self.config.max_duty;
         let voltage = self.regulator.update(&self.config, command, available, dt);
         self.load += (voltage - self.load) * dt / (LOAD_FILTER + dt);
-        let slight = larger(LOAD * self.config.static_friction, SLIGHT_DUTY * supply);
-        self.holds_load = self.load.abs() > slight;
+        self.supply = supply;
         let duty = limit(voltage / supply, self.config.max_duty);
         self.output(duty)?;
         Ok(duty)
     }
 
     fn holds_load(&self) -> bool {
-        self.holds_load
+        let slight = larger(
+            LOAD * self.config.static_friction,
+            SLIGHT_DUTY * self.supply,
+        );
+        self.load.abs() > slight
     }
 
     fn brake(&mut self) -> Result<(), OutputError> {
