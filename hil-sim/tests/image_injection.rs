@@ -1,0 +1,77 @@
+//! The image sees what the library sees of what is broken around it.
+
+mod image;
+
+use hil_sim::base::Base;
+use hil_sim::emulator::Setup;
+use hil_sim::faults::Fault;
+use image::{Client, emulated, host};
+
+/// Left and right, with faults of the left one: the counts after each of the milliseconds of a push to and fro, while the motors are off.
+fn counts<B: Base>(mut client: Client<B>, fault: &str) -> Vec<[i64; 2]> {
+    client.send("Disable");
+    client.run(300);
+    let words: Vec<&str> = fault.split_whitespace().collect();
+    let mut seen = Vec::new();
+    let mut look = |client: &mut Client<B>, milliseconds: u32| {
+        for _ in 0..milliseconds {
+            client.tick();
+            let row = client.base.row().unwrap();
+            seen.push([row.left_count, row.right_count]);
+        }
+    };
+    client.base.push(12.0, 0.1, 0.4);
+    look(&mut client, 200);
+    Base::inject(&mut client.base, Fault::parse(&words).unwrap()).unwrap();
+    look(&mut client, 200);
+    client.base.push(-12.0, 0.0, 0.6);
+    look(&mut client, 400);
+    client.base.clear_faults().unwrap();
+    look(&mut client, 200);
+    seen
+}
+
+fn agree(fault: &str) {
+    let ours = counts(Client::new(host()), fault);
+    let theirs = counts(Client::new(emulated(&Setup::default())), fault);
+    for (millisecond, (ours, theirs)) in ours.iter().zip(&theirs).enumerate() {
+        assert_eq!(ours, theirs, "`{fault}` after {millisecond} ms");
+    }
+}
+
+#[test]
+fn a_stuck_encoder() {
+    agree("left encoder stuck");
+}
+
+#[test]
+fn an_open_channel_a() {
+    agree("left encoder open-a");
+}
+
+#[test]
+fn an_open_channel_b() {
+    agree("both encoder open-b");
+}
+
+#[test]
+fn exchanged_channels() {
+    agree("right encoder swapped");
+}
+
+#[test]
+fn other_discs() {
+    agree("left encoder scale 2");
+    agree("both encoder scale -0.3");
+}
+
+#[test]
+fn lost_counts() {
+    agree("both encoder drop 0.5");
+}
+
+#[test]
+fn jumps() {
+    agree("left encoder jump 500");
+    agree("both encoder jump -500");
+}

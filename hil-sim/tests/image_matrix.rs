@@ -1,0 +1,39 @@
+//! A tenth of the fault matrix on the shipped image.
+
+mod image;
+mod matrix;
+
+use hil_sim::base::Base;
+use hil_sim::emulator::ImageBase;
+use hil_sim::robot::Robot;
+use image::image;
+use matrix::{Case, Matrix, SEED, Verdict, report};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+
+/// Which tenth.
+const CHOICE: u64 = 4;
+
+fn power_up(robot: &Robot) -> Box<dyn Base> {
+    Box::new(ImageBase::new(&image(), robot, SEED).unwrap())
+}
+
+#[test]
+fn the_image_finds_a_tenth_of_the_faults_in_time() {
+    let mut cases = Case::all();
+    cases.shuffle(&mut ChaCha8Rng::seed_from_u64(CHOICE));
+    cases.truncate(cases.len().div_ceil(10));
+    let mut matrix = Matrix::new(power_up);
+    let try_case = |case: Case| (case, matrix.try_case(&case, false));
+    let results: Vec<(Case, Verdict)> = cases.into_iter().map(try_case).collect();
+    println!("{}", report::table(&results));
+    let complaints = report::complaints(&results);
+    assert!(
+        complaints.is_empty(),
+        "{} of {} cases:\n{}",
+        complaints.len(),
+        results.len(),
+        complaints.join("\n")
+    );
+}
