@@ -209,7 +209,9 @@ fn an_open_motor_has_no_current_and_a_shorted_one_brakes() {
         bench.send("m inf 0.5 1");
         bench.run(1.5);
         bench.rig.inject(Fault::Motor(Side::Left, fault)).unwrap();
-        for _ in 0..100 {
+        // Until the gear has swung out.
+        bench.run(0.02);
+        for _ in 0..30 {
             bench.tick();
             let current = bench.rig.plant().current()[0];
             // i = −K·ω/R; the motor's speed is the wheel's but for what the backlash and the gear let through.

@@ -34,9 +34,22 @@ fn counts<B: Base>(mut client: Client<B>, fault: &str) -> Vec<[i64; 2]> {
 fn agree(fault: &str) {
     let ours = counts(Client::new(host()), fault);
     let theirs = counts(Client::new(emulated(&Setup::default())), fault);
-    for (millisecond, (ours, theirs)) in ours.iter().zip(&theirs).enumerate() {
-        assert_eq!(ours, theirs, "`{fault}` after {millisecond} ms");
+    assert_eq!(ours.len(), theirs.len());
+    // Idle passes on what the tick knows; when it is busy, the knowledge is that of a tick before.
+    let mut stale = 0;
+    for millisecond in 1..ours.len() {
+        let (now, before, seen) = (
+            ours[millisecond],
+            ours[millisecond - 1],
+            theirs[millisecond],
+        );
+        stale += u32::from(seen != now);
+        assert!(
+            seen == now || seen == before,
+            "`{fault}` after {millisecond} ms: {now:?} on the host, {seen:?} in the image"
+        );
     }
+    assert!(stale < 100, "`{fault}`: {stale} times a tick behind");
 }
 
 #[test]
