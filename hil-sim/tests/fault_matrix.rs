@@ -8,7 +8,7 @@ mod matrix;
 use hil_sim::base::Base;
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
-use matrix::{Case, Matrix, SEED, Verdict, report};
+use matrix::{Case, Matrix, Phase, SEED, Verdict, report};
 use std::path::Path;
 
 const HEAD: &str = "# The fault matrix
@@ -54,6 +54,40 @@ fn every_encoder_fault_is_found_in_time_and_the_table_in_the_docs_says_so() {
         written.replace("\r\n", "\n") == text,
         "docs/fault-matrix.md is not what comes out: run this test with UPDATE_FAULT_MATRIX=1"
     );
+}
+
+/// The checker itself: what it measures on a sound base is what was commanded.
+#[test]
+fn a_sound_base_is_measured_as_it_was_told_to_move() {
+    let mut matrix = Matrix::new(power_up);
+    // The threshold, 0.3·(12 V·0.98 − 0.42 V)/13.3 V·s/m, is reached so many ms after a command at 1 m/s², or at 300 °/s²·0.1 m.
+    let threshold = 0.3 * (12.0 * 0.98 - 0.42) / 13.3;
+    let rim_accel = 300_f64.to_radians() * 0.1;
+    assert!(threshold / rim_accel < 0.5, "the turn is fast enough");
+    for case in Case::all().into_iter().step_by(3) {
+        // 0.5 m/s after 0.5 s and 0.125 m, for the rest of the 2.5 s.
+        let (moment, travel, turned) = match case.phase {
+            Phase::Standstill | Phase::Hold => (1e3 * threshold, 0.125 + 0.5 * 2.0, 0.0),
+            Phase::Accel => (1e3 * threshold - 250.0, 0.09375 + 0.5 * 2.25, 0.0),
+            Phase::Move => (0.0, 0.5 * 2.5, 0.0),
+            Phase::Deccel => (0.0, 0.5 * 0.4 * 0.4, 0.0),
+            Phase::Turn => (0.0, 0.0, 150.0 * 2.5),
+        };
+        let (verdict, seen) = matrix.try_sound(&case);
+        let name = case.name();
+        assert_eq!((verdict.detection, &verdict.name), (None, &None), "{name}");
+        // The line takes 2 ms, and the base lags by what the motors' time constant makes of 1 m/s².
+        assert!(
+            (seen - moment).abs() < 40.0,
+            "{name}: {seen} ms for {moment}"
+        );
+        assert!(
+            (verdict.travel - travel).abs() < 0.02,
+            "{name}: {verdict:?}"
+        );
+        assert!((verdict.turned - turned).abs() < 5.0, "{name}: {verdict:?}");
+        assert!(verdict.wrong_way < 2e-3, "{name}: {verdict:?}");
+    }
 }
 
 /// Shows the first case whose name has all words of `FAULT_CASE`.

@@ -88,3 +88,18 @@ fn jumps() {
     agree("left encoder jump 500");
     agree("both encoder jump -500");
 }
+
+/// What the timers' filters could not tell apart waits: 600 edges fit into a millisecond.
+#[test]
+fn a_jump_beyond_a_millisecond_is_spread_over_some() {
+    let mut client = Client::new(emulated(&Setup::default()));
+    client.run(300);
+    let jump = Fault::parse(&["right", "encoder", "jump", "-20000"]).unwrap();
+    Base::inject(&mut client.base, jump).unwrap();
+    client.run(10);
+    let partly = client.base.row().unwrap().right_count;
+    assert!((-6000..=-5400).contains(&partly), "{partly}");
+    client.run(30);
+    let row = client.base.row().unwrap();
+    assert_eq!((row.left_count, row.right_count), (0, -20_000));
+}

@@ -194,12 +194,12 @@ impl Case {
         let fault = Fault::Encoder(self.side, self.fault);
         steps.push((plan.fault, format!("!fault {fault}")));
         if let Some((at, force)) = plan.push {
-            let seconds = (plan.motion - at) as f64 * 1e-3;
+            let seconds = (plan.motion - at) as f64 / 1e3;
             steps.push((at, format!("!push {force} 0 {seconds}")));
         }
         steps.push((plan.end, "!end".into()));
         steps.sort_by_key(|(at, _)| *at);
-        let line = |(at, text): &(u64, String)| format!("{:<6} {text}\n", *at as f64 * 1e-3);
+        let line = |(at, text): &(u64, String)| format!("{:<6} {text}\n", *at as f64 / 1e3);
         steps.iter().map(line).collect()
     }
 }
@@ -239,7 +239,7 @@ impl<F: FnMut(&Robot) -> Box<dyn Base>> Matrix<F> {
                 base.send(format!("{line}\n").as_bytes()).unwrap();
             }
             if let Some((_, force)) = plan.push.filter(|(at, _)| *at == ms) {
-                base.push(force, 0.0, (plan.motion - ms) as f64 * 1e-3);
+                base.push(force, 0.0, (plan.motion - ms) as f64 / 1e3);
             }
             if faulty && ms == plan.fault {
                 base.inject(Fault::Encoder(case.side, case.fault)).unwrap();
@@ -279,6 +279,17 @@ impl<F: FnMut(&Robot) -> Box<dyn Base>> Matrix<F> {
         verdict
     }
 
+    /// What the checker says of a base on which nothing is wrong, with the moment at which its wheel turns, ms after the later of fault and command.
+    pub fn try_sound(&mut self, case: &Case) -> (Verdict, f64) {
+        let twin = self.play(case, false, false);
+        let verdict = self.judge(case, &twin, &twin);
+        let plan = case.plan();
+        let driven = twin.iter().rposition(|sample| sample.driven);
+        let end = driven.map_or(0, |ms| ms + 1) as f64;
+        let moment = end - verdict.off;
+        (verdict, moment - plan.fault.max(plan.motion) as f64)
+    }
+
     fn judge(&self, case: &Case, twin: &[Sample], run: &[Sample]) -> Verdict {
         let plan = case.plan();
         let name = case.name();
@@ -291,12 +302,9 @@ impl<F: FnMut(&Robot) -> Box<dyn Base>> Matrix<F> {
             let mut wheels = case.side.wheels();
             wheels.any(|wheel| sample.rim[wheel].abs() >= self.threshold)
         };
-        let moment = twin.iter().enumerate().skip(fault);
-        let moment = moment
-            .into_iter()
-            .find(|(_, sample)| should_turn(sample))
-            .unwrap_or_else(|| panic!("{name}: the twin's wheel never turns"))
-            .0;
+        let turns = twin[fault..].iter().position(should_turn);
+        let turns = turns.unwrap_or_else(|| panic!("{name}: the twin's wheel never turns"));
+        let moment = fault + turns;
         let since = |ms: usize| ms as f64 - moment as f64;
         let latched = run.iter().position(|sample| sample.latched.is_some());
         let last_driven = run.iter().rposition(|sample| sample.driven);
