@@ -5,6 +5,7 @@ pub mod report;
 
 use hil_sim::base::Base;
 use hil_sim::faults::{EncoderFault, Fault, Side};
+use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
 use std::collections::HashMap;
 use vehicle_controller::params::Id;
@@ -204,7 +205,7 @@ impl Case {
     }
 }
 
-/// Runs cases on one kind of base, and keeps the healthy runs that they are compared with.
+/// Runs cases on one kind of base, and keeps the sound runs that they are compared with.
 pub struct Matrix<F> {
     power_up: F,
     twins: HashMap<(Phase, bool), Vec<Sample>>,
@@ -228,10 +229,14 @@ impl<F: FnMut(&Robot) -> Box<dyn Base>> Matrix<F> {
         }
     }
 
-    /// Plays a case's plan, with its fault or without.
+    /// Plays a case's plan, with its fault or without. The sound twin is always on this computer: on the board it is the same within a tick.
     fn play(&mut self, case: &Case, faulty: bool, verbose: bool) -> Vec<Sample> {
         let plan = case.plan();
-        let mut base = (self.power_up)(&robot());
+        let mut base: Box<dyn Base> = if faulty {
+            (self.power_up)(&robot())
+        } else {
+            Box::new(Rig::new(&robot(), SEED).unwrap())
+        };
         let mut samples = Vec::new();
         let mut said = Vec::new();
         for ms in 0..plan.end {
