@@ -103,3 +103,49 @@ fn a_jump_beyond_a_millisecond_is_spread_over_some() {
     let row = client.base.row().unwrap();
     assert_eq!((row.left_count, row.right_count), (0, -20_000));
 }
+
+#[test]
+fn a_cut_line_carries_nothing_either_way() {
+    let mut client = Client::new(emulated(&Setup::default()));
+    client.wait_for("! boot", 100);
+    assert!(client.ask("GetTime").starts_with("Time "));
+    client.send("Stream 0.01");
+    client.run(200);
+    Base::inject(&mut client.base, Fault::LinkCut).unwrap();
+    client.run(100);
+    let (lines, bytes) = (client.lines.len(), client.received);
+    client.send("m 0.1");
+    client.run(500);
+    assert_eq!((client.lines.len(), client.received), (lines, bytes));
+    assert_eq!(client.base.backlog(), 0, "nothing waits");
+    client.base.clear_faults().unwrap();
+    client.run(200);
+    assert!(client.lines.len() > lines + 5, "the telemetry is back");
+    assert_eq!(
+        client.base.plant().counts(),
+        [0, 0],
+        "what was said is lost"
+    );
+}
+
+#[test]
+fn motors_and_battery_fail_under_the_image_too() {
+    let mut client = Client::new(emulated(&Setup::default()));
+    client.run(300);
+    let inject = |client: &mut Client<_>, words: &[&str]| {
+        Base::inject(&mut client.base, Fault::parse(words).unwrap()).unwrap();
+    };
+    inject(&mut client, &["battery", "10.5"]);
+    inject(&mut client, &["left", "motor", "open"]);
+    client.run(300);
+    let battery = client.base.row().unwrap().battery;
+    assert!((battery - 10.5).abs() < 0.02, "{battery}");
+    client.send("m inf 0.2");
+    client.run(200);
+    let [left, right] = client.base.plant().current();
+    assert!(left == 0.0 && right.abs() > 0.05, "{left} {right} A");
+    client.base.clear_faults().unwrap();
+    client.run(50);
+    assert!(client.base.plant().current()[0].abs() > 0.05);
+    assert!(client.base.plant().bus_voltage() > 11.5);
+}

@@ -25,6 +25,8 @@ const MAX_DETECTION_MS: f64 = 150.0;
 const MAX_TRAVEL: f64 = 0.2;
 /// And so far in the wrong direction, m.
 const MAX_WRONG_WAY: f64 = 0.05;
+/// It is over before that when a fault has been latched, and no motor driven, for so long, ms: nothing moves by itself then.
+const REST_MS: u64 = 1000;
 /// A run goes on for so long after the fault, or after the command that follows it, ms.
 const AFTERMATH_MS: u64 = 2500;
 
@@ -158,7 +160,6 @@ impl Case {
 
     fn plan(&self) -> Plan {
         let minus = if self.forward { "" } else { "-" };
-        let line = |at: u64, text: String| (at, text);
         let on = format!("m {minus}inf {MOVE}");
         let plan = |lines: Vec<(u64, String)>, fault: u64| {
             let motion = lines.last().map_or(0, |(at, _)| *at);
@@ -172,18 +173,15 @@ impl Case {
         };
         // A move gets to 0.5 m/s in 0.5 s; one of 1 m decelerates from 2 s to 2.5 s after its command. A turn gets to 150 °/s in 0.5 s.
         match self.phase {
-            Phase::Standstill => plan(vec![line(1300, on)], 1000),
-            Phase::Accel => plan(vec![line(1000, on)], 1250),
-            Phase::Move => plan(vec![line(1000, on)], 2000),
-            Phase::Deccel => plan(vec![line(1000, format!("m {minus}1 {MOVE}"))], 3100),
-            Phase::Turn => plan(vec![line(1000, format!("t {minus}inf {TURN}"))], 2000),
+            Phase::Standstill => plan(vec![(600, on)], 300),
+            Phase::Accel => plan(vec![(300, on)], 550),
+            Phase::Move => plan(vec![(300, on)], 1300),
+            Phase::Deccel => plan(vec![(300, format!("m {minus}1 {MOVE}"))], 2400),
+            Phase::Turn => plan(vec![(300, format!("t {minus}inf {TURN}"))], 1300),
             // The motors hold once they have moved.
             Phase::Hold => Plan {
-                push: Some((2500, PUSH * self.sign())),
-                ..plan(
-                    vec![line(500, format!("m {minus}0.05")), line(3300, on)],
-                    2800,
-                )
+                push: Some((1500, PUSH * self.sign())),
+                ..plan(vec![(300, format!("m {minus}0.05")), (2300, on)], 1800)
             },
         }
     }
@@ -239,6 +237,7 @@ impl<F: FnMut(&Robot) -> Box<dyn Base>> Matrix<F> {
         };
         let mut samples = Vec::new();
         let mut said = Vec::new();
+        let mut driven = 0;
         for ms in 0..plan.end {
             for (_, line) in plan.lines.iter().filter(|(at, _)| *at == ms) {
                 base.send(format!("{line}\n").as_bytes()).unwrap();
@@ -261,12 +260,19 @@ impl<F: FnMut(&Robot) -> Box<dyn Base>> Matrix<F> {
                     report::trace(ms, &row, base.plant());
                 }
             }
-            samples.push(Sample {
+            let sample = Sample {
                 pose: base.plant().pose(),
                 rim: base.plant().wheel_speed(),
                 driven: row.left_duty != 0.0 || row.right_duty != 0.0,
                 latched: Some(row.fault).filter(|name| name != "none"),
-            });
+            };
+            if sample.driven || sample.latched.is_none() {
+                driven = ms;
+            }
+            samples.push(sample);
+            if ms > driven.max(plan.motion) + REST_MS {
+                break;
+            }
         }
         samples
     }
