@@ -24,12 +24,13 @@ mod app {
     use crate::board::nucleo_f429zi::{self as board, Board};
     use crate::inbox::Inbox;
     use crate::mailbox::{self, Mailbox};
+    use core::mem::MaybeUninit;
     use core::sync::atomic::{AtomicBool, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
     use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
     use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
     use vehicle_controller::params::{Id, Params};
-    use vehicle_controller::supervisor::{Fault, Heartbeat};
+    use vehicle_controller::supervisor::{Fault, Heartbeat, Place};
     use vehicle_controller::time::{Duration, Instant};
     use vehicle_controller::vehicle::{DifferentialDrive, differential};
 
@@ -51,7 +52,7 @@ mod app {
     #[local]
     struct Local {
         // The tick's.
-        controller: Controller<board::Vehicle>,
+        controller: &'static mut Controller<board::Vehicle>,
         sensors: board::Sensors,
         timer: board::Ticker,
         clock: board::Clock,
@@ -64,8 +65,8 @@ mod app {
         receiver: board::Receiver,
         inbox: Inbox,
         // Idle's.
-        desk: Desk,
-        interpreter: Interpreter,
+        desk: &'static mut Desk,
+        interpreter: &'static mut Interpreter,
         transmitter: board::Transmitter,
         leds: board::Leds,
         logged: Logged,
@@ -80,7 +81,11 @@ mod app {
         params: Params,
     }
 
+    // What is large is made in its place: the stack has no room for it.
     #[init(local = [
+        controller_place: MaybeUninit<Controller<board::Vehicle>> = MaybeUninit::uninit(),
+        desk_place: MaybeUninit<Desk> = MaybeUninit::uninit(),
+        interpreter_place: MaybeUninit<Interpreter> = MaybeUninit::uninit(),
         request_mailbox: Mailbox<Option<Request<Config>>> = Mailbox::new(),
         event_queue: Queue<Event, 16> = Queue::new(),
         snapshot_mailbox: Mailbox<Snapshot> = Mailbox::new(),
@@ -110,7 +115,10 @@ mod app {
             board.right_motor,
             &config.vehicle,
         );
-        let controller = Controller::new(vehicle, config, fault);
+        let controller = ctx
+            .local
+            .controller_place
+            .write(Controller::new(vehicle, config, fault));
         let identity = Identity {
             target: "nucleo-f429zi",
             reset_cause,
@@ -123,8 +131,18 @@ mod app {
         let shared = Shared {
             idle_alive: AtomicBool::new(true),
         };
+        let interpreter = ctx
+            .local
+            .interpreter_place
+            .write(Interpreter::new(identity, params));
+        if let Some(fault) = fault {
+            interpreter.notify(Event::Fault(fault, Place::Base));
+        }
         let local = Local {
-            desk: Interface::new(controller.snapshot(), params.limits()),
+            desk: ctx
+                .local
+                .desk_place
+                .write(Interface::new(controller.snapshot(), params.limits())),
             controller,
             sensors: board.sensors,
             timer: board.timer,
@@ -136,7 +154,7 @@ mod app {
             snapshots,
             receiver: board.receiver,
             inbox: Inbox::new(received),
-            interpreter: Interpreter::new(identity, params),
+            interpreter,
             transmitter: board.transmitter,
             leds: board.leds,
             logged: Logged { params },
@@ -163,7 +181,7 @@ mod app {
             // Idle has had no time for 16 events: then there are no lines to tell them in either.
             let _ = ctx.local.events.enqueue(*event);
         }
-        let controller = &*ctx.local.controller;
+        let controller = &**ctx.local.controller;
         // SAFETY: idle, the receiver, cannot interrupt this.
         unsafe {
             ctx.local
@@ -204,7 +222,7 @@ mod app {
             // First, so that the events that led to it are all there: they are told before a reply shows what they did.
             let snapshot = known.take();
             while let Some(event) = from_controller.dequeue() {
-                if let Event::Fault(fault) = event {
+                if let Event::Fault(fault, _) = event {
                     defmt::error!("fault {=str}", fault.name());
                 }
                 interpreter.notify(event);

@@ -166,6 +166,8 @@ impl VirtualVehicle for Shared {
             },
             speed: ideal.twist,
             acceleration: Twist::ZERO,
+            // It has no wheels.
+            rolled: [0.0; 2],
         }
     }
 

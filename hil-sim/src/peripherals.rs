@@ -201,11 +201,6 @@ impl Drive for FakeDrive {
     }
 }
 
-/// Voltage of the current sensors at no current, V.
-pub const CURRENT_ZERO: f64 = 1.65;
-/// Voltage of the current sensors per current, V/A.
-pub const CURRENT_SENSITIVITY: f64 = 0.25;
-
 /// What a 12-bit converter of 3.3 V makes of a voltage, in V. It sees whole millivolts, as the emulated one does: the two run alike then.
 pub fn converted(volts: f64) -> f32 {
     const REFERENCE: f64 = 3.3;

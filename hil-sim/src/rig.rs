@@ -1,7 +1,7 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
 use crate::faults::{Fault, FaultSet, FaultyLink};
-use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO, FakeDrive, FakeQei, Wires, converted};
+use crate::peripherals::{FakeDrive, FakeQei, Wires, converted};
 use crate::plant::{Command, Input, Plant, Push};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
@@ -276,10 +276,9 @@ impl Rig {
 
 /// What the converter makes of the analog inputs. Nobody measures the battery of an ideal robot.
 fn convert(plant: &Plant, battery_divider: Option<f64>) -> Inputs {
-    let sensor = |amperes| Some(converted(CURRENT_ZERO + CURRENT_SENSITIVITY * amperes));
     Inputs {
         battery: battery_divider.map(|divider| converted(plant.bus_voltage() / divider)),
-        currents: plant.current().map(sensor),
+        currents: plant.current_signal().map(|volts| Some(converted(volts))),
         ..Inputs::default()
     }
 }

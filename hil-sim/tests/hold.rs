@@ -3,7 +3,9 @@
 mod bench;
 
 use bench::{Bench, max, rms};
+use hil_sim::plant::CURRENT_ZERO;
 use hil_sim::robot::Robot;
+use vehicle_controller::params::Id;
 
 /// A base that has moved and turned, and holds.
 fn holding(robot: &str, seed: u64) -> Bench {
@@ -74,13 +76,27 @@ fn at_rest_it_does_not_hunt() {
     }
 }
 
+/// A base that can tell a blocked motor from a dead encoder, and is patient with the former.
+fn with_current_sensors(robot: &str, seed: u64) -> Bench {
+    let mut robot = Robot::load(robot).unwrap();
+    let resistance = robot.physics.motor.resistance as f32;
+    let sensitivity = robot.physics.bridge.current_sensitivity;
+    let values = [
+        (Id::CurrentScale, (1.0 / sensitivity) as f32),
+        (Id::CurrentZero, CURRENT_ZERO as f32),
+        (Id::MotorResistance, resistance),
+    ];
+    robot.params.set_all(&values).unwrap();
+    Bench::of(&robot, seed)
+}
+
 #[test]
 fn a_wheel_that_was_blocked_does_not_lunge() {
     for robot in ["default", "uncalibrated", "robuter"] {
         for blocked in [&[0][..], &[1], &[0, 1]] {
             for v in [0.1, 0.3, 0.6] {
                 for seed in 0..3 {
-                    let mut bench = Bench::new(robot, seed);
+                    let mut bench = with_current_sensors(robot, seed);
                     bench.send(&format!("m inf {v} 0.5"));
                     bench.run(3.0);
                     for wheel in blocked {

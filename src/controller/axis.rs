@@ -2,6 +2,7 @@
 
 use super::profile::{Phase, Profile};
 use crate::math::{Sum, larger, limit, sign};
+use crate::supervisor::Following;
 
 /// State of an axis [C figure 4].
 ///
@@ -99,6 +100,13 @@ const PATIENCE: f32 = 0.5;
 const OVERSPEED: f32 = 1.03;
 /// The share of the largest correction that even the slowest motion may use: less does not get a wheel past its stiction.
 const CREEP: f32 = 0.2;
+
+/// A following error of so many lags is a fault: in motion the reference waits at one, so the vehicle was carried away.
+const FAR: f32 = 5.0;
+/// Within this share of the largest error the reference waits …
+const WAITING: f32 = 0.95;
+/// … and a vehicle slower than this share of the command is held up.
+const HELD_UP: f32 = 0.1;
 
 /// What happened on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -292,8 +300,14 @@ impl Axis {
         }
     }
 
-    /// The speed that the reference strives for, signed.
+    /// What the speed that the reference strives for cannot exceed, above 0.
     #[inline]
+    #[must_use]
+    pub fn fastest_speed(&self) -> f32 {
+        larger(self.profile.pace(), self.profile.speed().abs())
+    }
+
+    /// The speed that the reference strives for, signed.
     #[must_use]
     pub fn wanted_speed(&self) -> f32 {
         self.profile.wanted_speed()
@@ -327,6 +341,28 @@ impl Axis {
     #[must_use]
     pub fn reference_speed(&self) -> f32 {
         self.profile.speed()
+    }
+
+    /// True if it goes on and on: nothing but a command ends it.
+    #[must_use]
+    pub fn is_endless(&self) -> bool {
+        self.pending == Pending::Nothing && !self.profile.has_landed()
+    }
+
+    /// How well a vehicle of this speed follows the reference.
+    #[inline]
+    #[must_use]
+    pub fn following(&self, config: &AxisConfig, speed: f32) -> Following {
+        if self.error.abs() < WAITING * config.max_error {
+            return Following::Closely;
+        }
+        if self.error.abs() > FAR * config.max_error {
+            Following::FarOff
+        } else if self.state != State::Hold && speed.abs() < HELD_UP * self.profile.pace() {
+            Following::HeldUp
+        } else {
+            Following::Closely
+        }
     }
 
     /// True if the reference stands and nothing is awaited.

@@ -178,6 +178,10 @@ impl VariationTotal {
         self.rotation.add(variation.rotation);
     }
 
+    fn is_finite(&self) -> bool {
+        (self.translation.get() + self.rotation.get()).is_finite()
+    }
+
     fn since(&self, earlier: &Self) -> Twist {
         let difference = |a: Sum, b: Sum| a.minus(b).get();
         Twist {
@@ -199,6 +203,8 @@ pub struct Estimator {
     /// Up to the estimate; `since` has the rest.
     total: VariationTotal,
     noise: Noise,
+    /// Every number of the estimate is one.
+    is_finite: bool,
     /// Counts the changes of what changes seldom.
     edition: u32,
 }
@@ -218,6 +224,7 @@ impl Estimator {
             plays: [Play::default(); 2],
             total: VariationTotal::default(),
             noise,
+            is_finite: true,
             edition: 0,
         }
     }
@@ -250,9 +257,17 @@ impl Estimator {
         };
         self.since.append(increment, variation);
         let travelled = &self.since.variation;
-        if travelled.translation >= WINDOW_DISTANCE || travelled.rotation >= WINDOW_ANGLE {
+        // Written so that a NaN is folded, and found, at once.
+        if !(travelled.translation < WINDOW_DISTANCE && travelled.rotation < WINDOW_ANGLE) {
             self.fold();
         }
+    }
+
+    /// False once a number of the estimate is infinite or none. Only a new estimate mends that: see [`apply`](Self::apply).
+    #[inline]
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.is_finite
     }
 
     /// Makes `copy` a copy; what changes seldom is copied when it has changed.
@@ -270,6 +285,7 @@ impl Estimator {
         self.reckoning.propagate(&self.since, &self.noise);
         self.total.add(self.since.variation);
         self.since = Compound::default();
+        self.is_finite = self.reckoning.is_finite() && self.total.is_finite();
     }
 
     /// The estimate as of now: the remainder is added on a copy, and what rounding did to the covariance is projected away.
@@ -313,7 +329,14 @@ impl Estimator {
         self.edition = self.edition.wrapping_add(1);
         self.reckoning = correction.after;
         self.total = correction.variation;
-        self.since = Compound::between(&correction.before, &now, variation);
+        self.since = if self.is_finite {
+            Compound::between(&correction.before, &now, variation)
+        } else {
+            // Nobody knows any more what it has done since.
+            self.total = VariationTotal::default();
+            Compound::default()
+        };
+        self.is_finite = true;
     }
 }
 

@@ -104,6 +104,8 @@ pub struct Interface<C> {
     limits: Limits,
     request: Option<Action<C>>,
     sent: u32,
+    /// A sign of life waits to be handed over.
+    alive: bool,
     /// An emergency stop waits to be handed over.
     emergency: bool,
     emergencies_sent: u32,
@@ -121,6 +123,7 @@ impl<C> Interface<C> {
             limits,
             request: None,
             sent: snapshot.ticket,
+            alive: false,
             emergency: false,
             emergencies_sent: snapshot.emergency_ticket,
             history: History::default(),
@@ -157,8 +160,20 @@ impl<C> Interface<C> {
                 ticket: Some(self.emergencies_sent),
             });
         }
-        let ticket = Some(self.sent);
-        self.request.take().map(|action| Request { action, ticket })
+        // Every request is a sign of life.
+        let alive = core::mem::take(&mut self.alive);
+        match self.request.take() {
+            Some(action) => Some(Request {
+                action,
+                ticket: Some(self.sent),
+            }),
+            None => alive.then(|| Action::Live.into()),
+        }
+    }
+
+    /// Whoever commands the base is there, whatever there is to say: a motion without an end needs this, or any request, every `deadman` seconds.
+    pub fn sign_of_life(&mut self) {
+        self.alive = true;
     }
 
     /// Does a piece of what is left to do after a correction; false if nothing is. Call it whenever there is time: corrections are taken again when all

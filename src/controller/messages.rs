@@ -2,7 +2,7 @@
 
 use super::estimator::Correction;
 use super::{AxisCommand, AxisConfig, Noise, Sensing};
-use crate::supervisor::Fault;
+use crate::supervisor::{self, Fault, Place};
 use crate::time::Duration;
 use heapless::Vec;
 
@@ -27,6 +27,8 @@ pub struct Config<C> {
     pub noise: Noise,
     /// What the board's inputs mean.
     pub sensing: Sensing,
+    /// What the supervisor holds the base to.
+    pub supervision: supervisor::Config,
     /// The vehicle's own.
     pub vehicle: C,
 }
@@ -40,6 +42,8 @@ pub enum Action<C> {
     Turn(AxisCommand),
     /// Decelerate both axes and hold.
     Stop,
+    /// Nothing but a sign of life; every other action is one, too.
+    Live,
     /// Motors off at once, fault `estop` latched.
     EStop,
     /// Clear the latched fault.
@@ -78,6 +82,8 @@ pub enum StopReason {
     Command,
     /// The Disable command.
     Disable,
+    /// A fault; the motors are off now.
+    Fault,
 }
 
 impl StopReason {
@@ -87,6 +93,7 @@ impl StopReason {
         match self {
             Self::Command => "command",
             Self::Disable => "disable",
+            Self::Fault => "fault",
         }
     }
 }
@@ -101,9 +108,9 @@ pub enum Event {
     TurnDone(f32),
     /// The vehicle rests after a stop.
     Stopped(StopReason),
-    /// A fault was latched.
-    Fault(Fault),
+    /// A fault was latched, and where.
+    Fault(Fault, Place),
 }
 
 /// The events of one tick.
-pub type Events = Vec<Event, { REQUESTS + 4 }>;
+pub type Events = Vec<Event, { REQUESTS + 6 }>;

@@ -30,11 +30,12 @@ pub use messages::{Action, Config, Event, Events, REQUESTS, Request, StopReason}
 pub use sensing::{Inputs, Sensing};
 pub use snapshot::{AxisSnapshot, Snapshot};
 
-use crate::supervisor::Fault;
+use crate::math::larger;
+use crate::supervisor::{self, Fault, Place, Reaction, Supervisor};
 use crate::time::{self, Instant};
 use crate::vehicle::{Motion, Twist, VirtualVehicle};
 use axis::AxisEvent;
-use clock::Clock;
+use clock::{Clock, Elapsed};
 use heapless::Deque;
 use sensing::Readings;
 
@@ -78,8 +79,11 @@ pub struct Controller<V: VirtualVehicle> {
     motors: Motors,
     /// So long are the bridges still to short the motors that were switched off, s.
     braking: f32,
+    supervisor: Supervisor,
     fault: Option<Fault>,
     stopping: Option<StopReason>,
+    /// A stop for a fault's sake has so long, s.
+    deadline: f32,
     requests: Deque<Request<V::Config>, REQUESTS>,
     ticket: u32,
     /// An emergency stop was asked for; the last ticket of one.
@@ -94,6 +98,10 @@ pub struct Controller<V: VirtualVehicle> {
 
 /// Motors that are switched off brake for this long before their drivers are switched off, s: longer than any base takes to stop with shorted motors.
 const BRAKING: f32 = 0.5;
+/// A stop for a fault's sake may take this much longer than its ramps …
+const STOP_SHARE: f32 = 1.25;
+/// … and this long besides, s: an axis waits for so long to come to rest.
+const STOP_PATIENCE: f32 = 0.6;
 /// Relative change of the wheels' limit that is taken for ripple of the battery voltage.
 const SHARE_RIPPLE: f32 = 0.02;
 /// In HOLD the motors rest once the error is below this share of the tolerance …
@@ -118,8 +126,10 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             power: Power::Enabled,
             motors: Motors::Off,
             braking: 0.0,
+            supervisor: Supervisor::default(),
             fault,
             stopping: None,
+            deadline: f32::INFINITY,
             requests: Deque::new(),
             ticket: 0,
             emergency: false,
@@ -134,7 +144,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// Hands a request over for the next tick: one of the [`Interface`]'s, or an [`Action`] of anybody's.
     ///
     /// # Errors
-    /// Returns the request if four are waiting already; an [`Interface`] has at most one under way. An emergency stop needs no room.
+    /// Returns the request if four are waiting already; an [`Interface`] has at most one under way. An emergency stop and a sign of life need no room.
     #[allow(
         clippy::result_large_err,
         reason = "whoever hands it over needs it back, and there is no allocator"
@@ -144,12 +154,16 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         request: impl Into<Request<V::Config>>,
     ) -> Result<(), Request<V::Config>> {
         let request = request.into();
-        if let Action::EStop = request.action {
-            self.emergency = true;
-            self.emergency_ticket = request.ticket.unwrap_or(self.emergency_ticket);
-            return Ok(());
+        self.supervisor.sign_of_life();
+        match request.action {
+            Action::EStop => {
+                self.emergency = true;
+                self.emergency_ticket = request.ticket.unwrap_or(self.emergency_ticket);
+                Ok(())
+            }
+            Action::Live => Ok(()),
+            _ => self.requests.push_back(request),
         }
-        self.requests.push_back(request)
     }
 
     /// One cycle of the control loop; returns what happened in it. Call it every `period`; a late, missed or double call loses no counts and steps no reference.
@@ -161,14 +175,17 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             .update(&self.config.sensing, inputs, self.period);
 
         self.motion = self.vehicle.sense(elapsed.seconds);
-        let increment = self.motion.increment;
+        let increment = self.counted(elapsed.seconds);
         self.estimator.advance(increment, self.vehicle.resolution());
         self.translation
             .measure(increment.translation, elapsed.steps);
         self.rotation.measure(increment.rotation, elapsed.steps);
 
         if self.readings.estop {
-            self.trip(Fault::Estop);
+            self.trip(Fault::Estop, Place::Base);
+        }
+        if self.motors != Motors::Off {
+            self.supervise(elapsed);
         }
         // In a cycle that is not due yet the references stand between two steps.
         while elapsed.steps > 0
@@ -179,12 +196,12 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         // An emergency stop waits for no cycle, and has the last word.
         if core::mem::take(&mut self.emergency) {
-            self.trip(Fault::Estop);
+            self.trip(Fault::Estop, Place::Base);
             self.emergency_done = self.emergency_ticket;
         }
 
         if self.motors != Motors::Off {
-            self.advance(elapsed.steps);
+            self.advance(elapsed);
         }
         // Not `else`: a stop that has come to rest may just have ended the activity.
         if self.motors == Motors::Off {
@@ -198,7 +215,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             };
             self.output_failed = off.is_err();
             if self.output_failed {
-                self.trip(Fault::Output);
+                self.trip(Fault::Output, Place::Base);
             }
         }
         &self.events
@@ -244,6 +261,74 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         snapshot.fault_persists = self.fault_persists();
     }
 
+    /// What of the motion can be counted: nothing, if a wheel has made more counts than it can.
+    #[inline]
+    fn counted(&mut self, dt: f32) -> Twist {
+        if self.motors != Motors::Off
+            && let Some(place) =
+                self.supervisor
+                    .jumps(&self.config.supervision, self.motion.rolled, dt)
+        {
+            self.trip(Fault::EncoderJump, place);
+            return Twist::ZERO;
+        }
+        self.motion.increment
+    }
+
+    #[inline]
+    fn supervise(&mut self, elapsed: Elapsed) {
+        let cycle = self.cycle(elapsed);
+        let supervision = &self.config.supervision;
+        if self.supervisor.is_silent(supervision, elapsed.seconds) {
+            self.lose_link();
+        }
+        let (config, axes) = (&self.config, (&self.translation, &self.rotation));
+        let speed = self.motion.speed;
+        let following = || {
+            [
+                axes.0.following(&config.translation, speed.translation),
+                axes.1.following(&config.rotation, speed.rotation),
+            ]
+        };
+        let found = self
+            .supervisor
+            .watch(&config.supervision, &cycle, following);
+        if let Some((fault, place)) = found {
+            self.trip(fault, place);
+        }
+    }
+
+    /// What the supervisor sees.
+    #[inline]
+    fn cycle(&self, elapsed: Elapsed) -> supervisor::Cycle {
+        let config = &self.config;
+        supervisor::Cycle {
+            dt: elapsed.seconds,
+            steps: elapsed.steps,
+            wheels: self.vehicle.wheels(),
+            rolled: self.motion.rolled,
+            currents: self.readings.currents,
+            supply: self.readings.supply,
+            motor_supply: self.readings.usable_supply(&config.sensing),
+            turns: self.rotation.state() != State::Hold,
+            estimate_is_finite: self.estimator.is_finite(),
+        }
+    }
+
+    /// Nobody has said anything for too long: what has no end is ended; what has one goes on to it.
+    #[cold]
+    fn lose_link(&mut self) {
+        let (moves, turns) = (self.translation.is_endless(), self.rotation.is_endless());
+        if !moves && !turns {
+            return;
+        }
+        self.latch(Fault::Link, Place::Base);
+        self.stop_axes(StopReason::Fault, moves, turns);
+        if !(moves && turns) && !(self.translation.is_settled() && self.rotation.is_settled()) {
+            self.deadline = f32::INFINITY;
+        }
+    }
+
     fn carry_out(&mut self, action: Action<V::Config>) {
         match action {
             Action::Move(command) if self.may_move() => {
@@ -255,10 +340,10 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 self.rotation.command(&self.config.rotation, command);
             }
             // A fault came between the command's acceptance and this tick.
-            Action::Move(_) | Action::Turn(_) => {}
+            Action::Move(_) | Action::Turn(_) | Action::Live => {}
             Action::Stop => self.stop(StopReason::Command),
-            // Never queued: see `request`.
-            Action::EStop => self.trip(Fault::Estop),
+            // Never queued, nor is Live: see `request`.
+            Action::EStop => self.trip(Fault::Estop, Place::Base),
             Action::ClearFault => {
                 if !self.fault_persists() {
                     self.fault = None;
@@ -266,7 +351,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             }
             Action::Enable => {
                 self.power = Power::Enabled;
-                self.stopping = self.stopping.map(|_| StopReason::Command);
+                if self.stopping == Some(StopReason::Disable) {
+                    self.stopping = Some(StopReason::Command);
+                }
             }
             Action::Disable => {
                 self.power = Power::Disabling;
@@ -290,10 +377,23 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     }
 
     fn fault_persists(&self) -> bool {
-        self.fault.is_some() && (self.readings.estop || self.output_failed)
+        let Some(fault) = self.fault else {
+            return false;
+        };
+        let now = || {
+            self.cycle(Elapsed {
+                seconds: 0.0,
+                steps: 1,
+            })
+        };
+        self.readings.estop || self.output_failed || self.config.supervision.persists(fault, &now())
     }
 
     fn wake(&mut self) {
+        if self.motors == Motors::Off {
+            let wheels = self.vehicle.wheels();
+            self.supervisor.start(&wheels);
+        }
         self.motors = Motors::Driving;
         self.stopping = None;
     }
@@ -305,32 +405,45 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.come_to_rest(reason);
             return;
         }
+        self.stop_axes(reason, true, true);
+    }
+
+    fn stop_axes(&mut self, reason: StopReason, translation: bool, rotation: bool) {
         let stop = |acceleration| AxisCommand {
             distance: 0.0,
             speed: 0.0,
             acceleration,
         };
         self.motors = Motors::Driving;
-        // A Stop on the way to Disable does not take that back.
-        self.stopping = Some(if self.power == Power::Disabling {
-            StopReason::Disable
-        } else {
-            reason
+        // A Stop on the way to Disable does not take that back, nor one for a fault's sake.
+        self.stopping = Some(match self.stopping {
+            _ if self.power == Power::Disabling => StopReason::Disable,
+            Some(StopReason::Fault) => StopReason::Fault,
+            _ => reason,
         });
-        self.translation.command(
-            &self.config.translation,
-            stop(self.config.stop_acceleration),
-        );
-        self.rotation.command(
-            &self.config.rotation,
-            stop(self.config.stop_turn_acceleration),
-        );
+        let mut ramp = 0.0;
+        if translation {
+            let acceleration = self.config.stop_acceleration;
+            ramp = self.translation.reference_speed().abs() / acceleration;
+            self.translation
+                .command(&self.config.translation, stop(acceleration));
+        }
+        if rotation {
+            let acceleration = self.config.stop_turn_acceleration;
+            let turn = self.rotation.reference_speed().abs() / acceleration;
+            ramp = larger(ramp, turn);
+            self.rotation
+                .command(&self.config.rotation, stop(acceleration));
+        }
+        self.deadline = STOP_SHARE * ramp + STOP_PATIENCE;
     }
 
     fn come_to_rest(&mut self, reason: StopReason) {
         self.stopping = None;
         if self.power == Power::Disabling {
             self.power = Power::Disabled;
+            self.switch_off();
+        } else if reason == StopReason::Fault {
             self.switch_off();
         }
         self.note(Event::Stopped(reason));
@@ -343,27 +456,51 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
     }
 
-    fn trip(&mut self, fault: Fault) {
-        self.switch_off();
-        self.stopping = None;
-        if self.power == Power::Disabling {
-            self.power = Power::Disabled;
+    /// Latches a fault, and does to the motion what it demands.
+    #[inline(never)]
+    fn trip(&mut self, fault: Fault, place: Place) {
+        match fault.reaction() {
+            Reaction::Off => {
+                self.switch_off();
+                self.stopping = None;
+                if self.power == Power::Disabling {
+                    self.power = Power::Disabled;
+                }
+            }
+            Reaction::Stop if self.stopping != Some(StopReason::Fault) => {
+                self.stop(StopReason::Fault);
+            }
+            Reaction::Stop => {}
         }
-        // An emergency stop is told whatever went before.
-        if self.fault.is_none() || (fault == Fault::Estop && self.fault != Some(Fault::Estop)) {
+        self.latch(fault, place);
+    }
+
+    /// The fault that demands more is the one that is known; an emergency stop is told whatever went before.
+    fn latch(&mut self, fault: Fault, place: Place) {
+        let rank = |fault: Fault| (fault == Fault::Estop, fault.reaction());
+        if self.fault.is_none_or(|latched| rank(fault) > rank(latched)) {
             self.fault = Some(fault);
-            self.note(Event::Fault(fault));
+            self.note(Event::Fault(fault, place));
         }
     }
 
-    fn advance(&mut self, steps: u32) {
+    fn advance(&mut self, elapsed: Elapsed) {
+        let steps = elapsed.steps;
         let period = self.period;
-        let wanted = Twist {
-            translation: self.translation.wanted_speed(),
-            rotation: self.rotation.wanted_speed(),
-        };
         let supply = self.readings.usable_supply(&self.config.sensing);
-        let share = self.vehicle.share(wanted, supply);
+        // Mostly there is room for both at their fastest, and nothing to work out.
+        let fastest = Twist {
+            translation: self.translation.fastest_speed(),
+            rotation: self.rotation.fastest_speed(),
+        };
+        let mut share = self.vehicle.share(fastest, supply);
+        if share < 1.0 {
+            let wanted = Twist {
+                translation: self.translation.wanted_speed(),
+                rotation: self.rotation.wanted_speed(),
+            };
+            share = self.vehicle.share(wanted, supply);
+        }
         // Down at once, up only by more than the battery's ripple: a reference at the limit would follow that, and never cruise.
         if share < self.share || share > self.share * (1.0 + SHARE_RIPPLE) {
             self.share = share;
@@ -388,11 +525,14 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if let Some(AxisEvent::Done(residual)) = turned {
             self.note(Event::TurnDone(residual));
         }
-        if let Some(reason) = self.stopping
-            && self.translation.is_settled()
-            && self.rotation.is_settled()
-        {
-            self.come_to_rest(reason);
+        if let Some(reason) = self.stopping {
+            if reason == StopReason::Fault {
+                self.deadline -= elapsed.seconds;
+            }
+            if self.deadline < 0.0 || (self.translation.is_settled() && self.rotation.is_settled())
+            {
+                self.come_to_rest(reason);
+            }
         }
         if self.motors == Motors::Off {
             return;
@@ -405,7 +545,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.drive(supply)
         };
         if driven.is_err() {
-            self.trip(Fault::Output);
+            self.trip(Fault::Output, Place::Base);
         }
     }
 
@@ -441,7 +581,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         self.vehicle.drive(speed, acceleration, supply, period)
     }
 
-    /// A tick has at most a stop for each request, two targets, a stop that comes to rest and a fault to tell, so the list cannot overflow.
+    /// A tick has at most a stop for each request, two targets, a stop that comes to rest and a fault of each rank to tell, so the list cannot overflow.
     fn note(&mut self, event: Event) {
         let _ = self.events.push(event);
     }

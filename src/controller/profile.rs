@@ -106,7 +106,6 @@ impl Profile {
     }
 
     /// The speed that will be needed, signed: the command's, or what of it the distance allows to reach, or the present one where that is more.
-    #[inline]
     #[must_use]
     pub fn wanted_speed(&self) -> f32 {
         let speed = self.speed();

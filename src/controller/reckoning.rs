@@ -80,6 +80,13 @@ impl Reckoning {
             element.add(added);
         }
     }
+
+    /// True if every number is one, and none infinite: then so is their sum, unless they are beyond use all the same.
+    pub(super) fn is_finite(&self) -> bool {
+        let WidePose { x, y, theta } = self.pose;
+        let covariance: f32 = self.covariance.iter().map(|element| element.get()).sum();
+        (x.get() + y.get() + theta.get() + covariance).is_finite()
+    }
 }
 
 impl From<&Estimate> for Reckoning {

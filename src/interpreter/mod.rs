@@ -176,7 +176,7 @@ impl Interpreter {
     /// Takes in an event of the control loop. When nobody takes the output and the queue is full, a fault displaces the oldest event; any other event
     /// is lost.
     pub fn notify(&mut self, event: Event) {
-        if self.events.is_full() && matches!(event, Event::Fault(_)) {
+        if self.events.is_full() && matches!(event, Event::Fault(..)) {
             self.events.pop_front();
         }
         let _ = self.events.push_back(event);
@@ -244,9 +244,12 @@ impl Interpreter {
             let done = self
                 .admit(address, command)
                 .and_then(|command| self.execute(desk, &command, &mut text));
-            if let Err(error) = done {
-                text = begin(address);
-                error.write(&mut text);
+            match done {
+                Ok(()) => desk.sign_of_life(),
+                Err(error) => {
+                    text = begin(address);
+                    error.write(&mut text);
+                }
             }
             self.send_with(text, check);
             return true;

@@ -123,8 +123,11 @@ pub fn event(text: &mut Text, event: Event) {
         Event::Stopped(reason) => {
             text.str("! stop").word(reason.name());
         }
-        Event::Fault(fault) => {
+        Event::Fault(fault, place) => {
             text.str("! fault").word(fault.name());
+            if let Some(place) = place.name() {
+                text.word(place);
+            }
         }
     }
 }

@@ -24,8 +24,13 @@ pub fn sqrt(x: f32) -> f32 {
 }
 
 /// `x` limited to `-limit ..= limit`; a NaN becomes 0. (`f32::clamp` would panic on a NaN limit.)
+#[inline]
 #[must_use]
 pub fn limit(x: f32, limit: f32) -> f32 {
+    // One comparison for what is mostly so.
+    if x.abs() <= limit {
+        return x;
+    }
     // Comparisons: `min` and `max` are function calls on the target.
     if x > limit {
         limit

@@ -8,6 +8,7 @@ mod table;
 pub use table::{Id, Kind, Spec};
 
 use crate::controller::{AxisConfig, Config, Limits, Noise, Sensing};
+use crate::supervisor::{self, MotorModel};
 use crate::time::Duration;
 use crate::vehicle::{differential, servo};
 use core::f32::consts::PI;
@@ -65,6 +66,8 @@ const ORDERED: [(Id, Id); 6] = [
 const REST_SPEED: f32 = 0.005;
 /// … or 3 °/s: what the same wheels make of it, near enough.
 const REST_TURN_SPEED: f32 = 3.0;
+/// A battery that is not measured is this much off its nominal voltage, full or empty; so are the speeds that its motors make.
+const GUESSED_SUPPLY: f32 = 0.15;
 
 impl Params {
     /// The value, in the parameter's unit.
@@ -162,7 +165,33 @@ impl Params {
                 current_zero: self.get(Id::CurrentZero),
                 estop_input: self.is_on(Id::EstopInput),
             },
+            supervision: self.supervision(),
             vehicle: self.vehicle(),
+        }
+    }
+
+    fn supervision(&self) -> supervisor::Config {
+        let nominal = self.get(Id::Supply);
+        let is_measured = self.get(Id::BatteryDivider) > 0.0;
+        let gains = [Id::MotorFriction, Id::MotorSpeedGain, Id::MotorAccelGain];
+        let tolerance =
+            self.get(Id::MotorTolerance) + if is_measured { 0.0 } else { GUESSED_SUPPLY };
+        let endless = |value: f32| if value > 0.0 { value } else { f32::INFINITY };
+        supervisor::Config {
+            motor: MotorModel::new(
+                gains.map(|id| self.get(id)),
+                self.get(Id::MotorResistance),
+                tolerance,
+                nominal,
+            ),
+            max_wheel_speed: self.get(Id::MaxWheelSpeed),
+            max_current: endless(self.get(Id::MaxCurrent)),
+            supply: if is_measured {
+                [Id::SupplyMin, Id::SupplyMax].map(|id| self.get(id) * nominal)
+            } else {
+                [f32::NEG_INFINITY, f32::INFINITY]
+            },
+            deadman: endless(self.get(Id::Deadman)),
         }
     }
 

@@ -170,6 +170,16 @@ parameters! {
     CurrentScale "current_scale" "A/V" 0.0..1000.0 = 0.0 Value;
     /// Voltage of the current sensors at no current.
     CurrentZero "current_zero" "V" 0.0..5.0 = 0.0 Value;
+    /// Resistance of a motor's winding with its bridge and wires; 0: not known. With it and a current sensor, a blocked motor is told from a dead encoder.
+    MotorResistance "motor_resistance" "ohm" 0.0..1000.0 = 0.0 Value;
+    /// Share by which a wheel's speed may be off what its motor's voltage makes of it, before that is a fault; 1 or more: encoders are not watched.
+    MotorTolerance "motor_tolerance" "-" 0.1..10.0 = 0.25 Value;
+    /// Largest current of a motor; 0: no limit.
+    MaxCurrent "max_current" "A" 0.0..1000.0 = 0.0 Value;
+    /// Lowest battery voltage over `supply`, where it is measured; 0: no limit.
+    SupplyMin "supply_min" "-" 0.0..1.0 = 0.75 Value;
+    /// Highest battery voltage over `supply`, where it is measured.
+    SupplyMax "supply_max" "-" 1.0..10.0 = 1.35 Value;
     /// A normally closed emergency-stop circuit is connected: open stops the base.
     EstopInput "estop_input" "-" 0.0..1.0 = 0.0 Switch;
 

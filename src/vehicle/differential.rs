@@ -122,6 +122,7 @@ where
             increment: self.carry.advance(geometry, counts),
             speed: geometry.twist(self.observers.map(|o| o.speed())),
             acceleration: geometry.twist(self.observers.map(|o| o.acceleration())),
+            rolled: metres,
         }
     }
 

@@ -41,6 +41,8 @@ pub struct Motion {
     pub speed: Twist,
     /// S'' (m/s²) and α'' (rad/s²), from the tracking observers.
     pub acceleration: Twist,
+    /// How far the wheels' circumferences rolled, left first, m.
+    pub rolled: [f32; 2],
 }
 
 /// One wheel, as reports show it.

@@ -20,9 +20,25 @@ pub(crate) const DEGREES: f64 = 180.0 / PI;
 pub(crate) struct Perfect {
     config: Config,
     speed: Twist,
+    /// In the cycle before.
+    before: Twist,
     rolled: [f64; 2],
     /// The outputs refuse to be written.
     broken: std::rc::Rc<std::cell::Cell<bool>>,
+}
+
+impl Perfect {
+    /// What its motor would need to come from one speed to another in a cycle, at the default robot's nominal battery.
+    fn duty(&self, wheel: usize, before: f32, speed: f32) -> f32 {
+        let servo = self.config.servo[wheel];
+        let friction = if speed == 0.0 {
+            0.0
+        } else {
+            servo.static_friction * speed.signum()
+        };
+        let acceleration = (speed - before) / time::seconds(PERIOD);
+        (friction + servo.speed_gain * speed + servo.acceleration_gain * acceleration) / 12.0
+    }
 }
 
 impl VirtualVehicle for Perfect {
@@ -49,6 +65,7 @@ impl VirtualVehicle for Perfect {
             },
             speed: self.speed,
             acceleration: Twist::ZERO,
+            rolled: speeds.map(|speed| speed * dt),
         }
     }
 
@@ -56,11 +73,13 @@ impl VirtualVehicle for Perfect {
         if self.broken.get() {
             return Err(OutputError);
         }
+        self.before = self.speed;
         self.speed = speed;
         Ok(())
     }
 
     fn off(&mut self) -> Result<(), OutputError> {
+        self.before = Twist::ZERO;
         self.speed = Twist::ZERO;
         if self.broken.get() {
             return Err(OutputError);
@@ -72,10 +91,11 @@ impl VirtualVehicle for Perfect {
         let geometry = &self.config.geometry;
         let per_count = geometry.per_count();
         let speeds = geometry.wheel_speeds(self.speed);
+        let before = geometry.wheel_speeds(self.before);
         [0, 1].map(|wheel: usize| Wheel {
             count: (self.rolled[wheel] / per_count[wheel]) as i64,
             speed: speeds[wheel],
-            duty: 0.0,
+            duty: self.duty(wheel, before[wheel], speeds[wheel]),
         })
     }
 }
@@ -91,6 +111,8 @@ pub(crate) struct Rig {
     pub(crate) inputs: Inputs,
     /// The client takes bytes off the line.
     pub(crate) listening: bool,
+    /// The client shows signs of life even when it has nothing to say.
+    pub(crate) alive: bool,
     /// The motor outputs refuse to be written.
     pub(crate) broken: std::rc::Rc<std::cell::Cell<bool>>,
     received: Vec<u8>,
@@ -115,6 +137,7 @@ impl Rig {
         let vehicle = Perfect {
             config: config.vehicle,
             speed: Twist::ZERO,
+            before: Twist::ZERO,
             rolled: [0.0; 2],
             broken: std::rc::Rc::clone(&broken),
         };
@@ -134,6 +157,7 @@ impl Rig {
             now,
             inputs: Inputs::default(),
             listening: true,
+            alive: true,
             broken,
             received: Vec::new(),
             unsolicited: Vec::new(),
@@ -181,6 +205,9 @@ impl Rig {
     /// The interpreter does what it can.
     pub(crate) fn pump(&mut self) {
         self.interpreter.poll(&mut self.desk);
+        if self.alive {
+            self.desk.sign_of_life();
+        }
         while let Some(request) = self.desk.take_request() {
             assert!(self.controller.request(request).is_ok());
         }

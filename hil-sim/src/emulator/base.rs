@@ -7,7 +7,6 @@ use super::lockstep::{Core, Edge, Meeting, Stretch};
 use super::program::Program;
 use crate::base::Base;
 use crate::faults::{Fault, FaultSet};
-use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO};
 use crate::plant::{BridgeInput, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
 use crate::robot::{Model, Robot};
@@ -336,9 +335,7 @@ impl Base for ImageBase {
 
 /// Puts the voltages of battery and current sensors on the analog inputs.
 fn sense(core: &Core, plant: &Plant, battery_divider: f64) -> Result<()> {
-    let [left, right] = plant
-        .current()
-        .map(|amperes| CURRENT_ZERO + CURRENT_SENSITIVITY * amperes);
+    let [left, right] = plant.current_signal();
     let battery = plant.bus_voltage() / battery_divider;
     core.hold(move |held| held.session.board_mut().sense([battery, left, right]))
 }

@@ -46,6 +46,9 @@ use wheel::Wheel;
 /// changes; the rest is for steps in which both wheels start to slide at once.
 const MAX_TRIALS: usize = 8;
 
+/// Voltage of the bridges' current outputs at no current \[V\].
+pub const CURRENT_ZERO: f64 = 1.65;
+
 /// A robot base in motion. Index 0 is the left wheel, 1 the right one.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -56,6 +59,8 @@ pub struct Plant {
     encoders: [Encoder; 2],
     bus: f64,
     current: [f64; 2],
+    /// V/A.
+    current_sensitivity: f64,
 }
 
 impl Plant {
@@ -98,6 +103,7 @@ impl Plant {
             body: Body::new(&physics.body, physics.wheels.base),
             encoders,
             current: [0.0; 2],
+            current_sensitivity: physics.bridge.current_sensitivity,
         }
     }
 
@@ -226,6 +232,12 @@ impl Plant {
     /// Currents of the windings \[A\], positive when they drive forward.
     pub fn current(&self) -> [f64; 2] {
         self.current
+    }
+
+    /// Voltages of the bridges' current outputs \[V\].
+    pub fn current_signal(&self) -> [f64; 2] {
+        self.current
+            .map(|current| CURRENT_ZERO + self.current_sensitivity * current)
     }
 
     /// Voltage of the bus \[V\].

@@ -110,6 +110,8 @@ fn usual_divider() -> f64 {
 pub struct BridgeParams {
     /// Duty cycle, 0..1, below which nothing reaches the motor \[1\].
     pub dead_band: f64,
+    /// Voltage of its current output per current, about 1.65 V \[V/A\].
+    pub current_sensitivity: f64,
 }
 
 /// The tyres' grip.
@@ -180,6 +182,11 @@ impl Physics {
             ("battery.resistance", self.battery.resistance, NotBeNegative),
             ("battery.divider", self.battery.divider, BePositive),
             ("bridge.dead_band", self.bridge.dead_band, BeBelowOne),
+            (
+                "bridge.current_sensitivity",
+                self.bridge.current_sensitivity,
+                BePositive,
+            ),
             ("tyre.friction", self.tyre.friction, BePositive),
             ("tyre.creep", self.tyre.creep, BePositive),
             ("tyre.rest_speed", self.tyre.rest_speed, BePositive),

@@ -37,6 +37,7 @@ resistance = 0.15
 
 [bridge]
 dead_band = 0.01
+current_sensitivity = 0.25
 
 [tyre]
 friction = 0.8
@@ -82,6 +83,7 @@ resistance = 0.05
 
 [bridge]
 dead_band = 0.01
+current_sensitivity = 0.025
 
 [tyre]
 friction = 0.7

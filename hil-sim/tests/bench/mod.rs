@@ -4,6 +4,7 @@
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
 use std::cell::Cell;
+use vehicle_controller::params::Id;
 
 /// A simulated base under test.
 pub struct Bench {
@@ -32,15 +33,17 @@ pub struct Truth {
 }
 
 impl Bench {
-    /// Powers a robot up.
+    /// Powers a robot up. Nobody need repeat himself here: motions go on without a sign of life.
     pub fn new(robot: &str, seed: u64) -> Self {
         Self::of(&Robot::load(robot).unwrap(), seed)
     }
 
     /// Powers a robot of one's own up.
     pub fn of(robot: &Robot, seed: u64) -> Self {
+        let mut robot = robot.clone();
+        robot.params.set(Id::Deadman, 0.0).unwrap();
         Self {
-            rig: Rig::new(robot, seed).unwrap(),
+            rig: Rig::new(&robot, seed).unwrap(),
             lines: Vec::new(),
             partial: Vec::new(),
         }

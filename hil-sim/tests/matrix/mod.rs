@@ -161,7 +161,9 @@ impl Case {
     fn plan(&self) -> Plan {
         let minus = if self.forward { "" } else { "-" };
         let on = format!("m {minus}inf {MOVE}");
-        let plan = |lines: Vec<(u64, String)>, fault: u64| {
+        let plan = |mut lines: Vec<(u64, String)>, fault: u64| {
+            // Nobody says anything after the command: that is another fault.
+            lines.insert(0, (100, "SetParam deadman 0".to_owned()));
             let motion = lines.last().map_or(0, |(at, _)| *at);
             Plan {
                 lines,
@@ -306,7 +308,8 @@ impl<F: FnMut(&Robot) -> Box<dyn Base>> Matrix<F> {
         let name = case.name();
         assert!(
             twin.iter().all(|sample| sample.latched.is_none()),
-            "{name}: the healthy twin latches a fault"
+            "{name}: the sound twin latches a fault: {:?}",
+            twin.iter().find_map(|sample| sample.latched.as_deref())
         );
         let (fault, motion) = (plan.fault as usize, plan.motion as usize);
         let should_turn = |sample: &Sample| {
