@@ -1,7 +1,7 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
-use crate::faults::{Fault, FaultyEncoder};
-use crate::peripherals::{FakeDrive, FakeQei, FakeSerial, Wires, converted};
+use crate::faults::{Fault, FaultSet, FaultyLink};
+use crate::peripherals::{FakeDrive, FakeQei, Wires, converted};
 use crate::plant::{Command, Input, Plant, Push};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
@@ -25,7 +25,7 @@ pub const SUBSTEPS: u32 = 4;
 pub struct Rig {
     plant: Plant,
     wires: [Rc<Wires>; 2],
-    encoders: [FaultyEncoder; 2],
+    faults: FaultSet,
     ideal: bool,
     /// None if the battery is not measured.
     battery_divider: Option<f64>,
@@ -36,7 +36,7 @@ pub struct Rig {
     push: Push,
     push_until: Instant,
     estop: bool,
-    serial: FakeSerial,
+    serial: FaultyLink,
 }
 
 /// A vehicle on fake peripherals.
@@ -70,11 +70,10 @@ impl Rig {
     pub fn new(robot: &Robot, seed: u64) -> Result<Self> {
         let plant = Plant::new(&robot.physics, seed);
         let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
-        let counts = plant.counts();
-        for (wires, count) in wires.iter().zip(counts) {
+        let faults = FaultSet::new(&plant, seed);
+        for (wires, count) in wires.iter().zip(plant.counts()) {
             wires.edges.set(count);
         }
-        let encoders = [0, 1].map(|wheel| FaultyEncoder::new(counts[wheel], seed, wheel));
         let vehicle = vehicle(&wires, robot, &robot.params)?;
         let mut controller = Controller::new(vehicle, robot.params.build(PERIOD), None);
         let now = Instant::from_ticks(0);
@@ -90,7 +89,7 @@ impl Rig {
         Ok(Self {
             plant,
             wires,
-            encoders,
+            faults,
             ideal,
             battery_divider,
             controller,
@@ -100,23 +99,23 @@ impl Rig {
             push: Push::default(),
             push_until: now,
             estop: false,
-            serial: FakeSerial::default(),
+            serial: FaultyLink::default(),
         })
     }
 
     /// Puts bytes on the line to the base; they arrive at 115 200 baud.
     pub fn send(&mut self, bytes: &[u8]) {
-        self.serial.to_base.extend(bytes);
+        self.serial.send(bytes);
     }
 
     /// Takes what has arrived from the base.
     pub fn receive(&mut self) -> Vec<u8> {
-        self.serial.from_base.drain(..).collect()
+        self.serial.receive()
     }
 
     /// Bytes that have not reached the base yet.
     pub fn backlog(&self) -> usize {
-        self.serial.to_base.len()
+        self.serial.backlog()
     }
 
     /// Pushes the base for some seconds: N along it, N·m about it.
@@ -136,21 +135,20 @@ impl Rig {
     /// If this base has no such part.
     pub fn inject(&mut self, fault: Fault) -> Result<()> {
         match fault {
-            Fault::Encoder(side, fault) => {
-                for wheel in side.wheels() {
-                    self.encoders[wheel].inject(fault);
-                }
+            Fault::Motor(..) | Fault::Battery(_) if self.ideal => {
+                bail!("this robot's wheels turn as they are told: no motor or battery can fail")
             }
-            other => bail!("this base cannot have the fault `{other}` yet"),
+            Fault::LinkCut => self.serial.set_cut(true),
+            Fault::FlashCut(_) => bail!("this base has no parameter storage"),
+            fault => self.faults.inject(fault, &mut self.plant)?,
         }
         Ok(())
     }
 
     /// All that was wrong is well. The encoders count on from where they are.
     pub fn clear_faults(&mut self) {
-        for encoder in &mut self.encoders {
-            encoder.clear();
-        }
+        self.faults.clear(&mut self.plant);
+        self.serial.set_cut(false);
     }
 
     /// The simulated time.
@@ -206,7 +204,7 @@ impl Rig {
         let command = if self.ideal {
             Command::Speed([f64::from(left.speed.get()), f64::from(right.speed.get())])
         } else {
-            Command::Bridges([left.bridge(), right.bridge()])
+            self.faults.bridges([left.bridge(), right.bridge()])
         };
         let input = Input { command, push };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
@@ -214,8 +212,8 @@ impl Rig {
             self.plant.step(dt, &input);
         }
         let counts = self.plant.counts();
-        left.edges.set(self.encoders[0].show(counts[0]));
-        right.edges.set(self.encoders[1].show(counts[1]));
+        left.edges.set(self.faults.encoders[0].show(counts[0]));
+        right.edges.set(self.faults.encoders[1].show(counts[1]));
     }
 
     fn interpret(&mut self) {

@@ -6,8 +6,8 @@ use super::knowledge::Knowledge;
 use super::lockstep::{Core, Edge, Meeting, Stretch};
 use super::program::Program;
 use crate::base::Base;
-use crate::faults::{Fault, FaultyEncoder};
-use crate::plant::{BridgeInput, Command, Input, Plant, Push};
+use crate::faults::{Fault, FaultSet};
+use crate::plant::{BridgeInput, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
@@ -61,7 +61,7 @@ pub struct ImageBase {
     up: bool,
     plant: Plant,
     battery_divider: f64,
-    encoders: [FaultyEncoder; 2],
+    faults: FaultSet,
     /// Positions that the encoders have yet to show, one edge after the other.
     waiting: [VecDeque<i64>; 2],
     bridges: [Bridge; 2],
@@ -138,7 +138,7 @@ impl ImageBase {
             knowledge,
             program,
             up: !received.is_empty(),
-            encoders: [0, 1].map(|wheel| FaultyEncoder::new(plant.counts()[wheel], seed, wheel)),
+            faults: FaultSet::new(&plant, seed),
             waiting: Default::default(),
             plant,
             battery_divider: robot.physics.battery.divider,
@@ -178,12 +178,23 @@ impl ImageBase {
         } else {
             Push::default()
         };
-        let command = command(self.bridges);
+        let command = self.faults.bridges(self.bridges.map(told));
         let input = Input { command, push };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
             self.plant.step(dt, &input);
         }
+    }
+
+    fn cut_link(&mut self, cut: bool) -> Result<()> {
+        self.backlog = self.core.hold(move |held| {
+            let line = held.session.board_mut().line();
+            line.map_or(0, |line| {
+                line.set_cut(cut);
+                line.backlog()
+            })
+        })?;
+        Ok(())
     }
 
     /// The edges that the encoders have made since `from`, spread evenly over what of the period is before the tick. Those that the timers' filters could
@@ -193,7 +204,7 @@ impl ImageBase {
         let counts = self.plant.counts();
         let period = PERIOD.ticks() * 1000 - TICK_NS;
         for (side, waiting) in self.waiting.iter_mut().enumerate() {
-            self.encoders[side].follow(counts[side], |position| waiting.push_back(position));
+            self.faults.encoders[side].follow(counts[side], |position| waiting.push_back(position));
             let number = waiting.len().min(MAX_EDGES);
             let positions = waiting.drain(..number).zip(0_u64..);
             edges.extend(positions.map(|(count, nth)| Edge {
@@ -245,21 +256,15 @@ impl Base for ImageBase {
 
     fn inject(&mut self, fault: Fault) -> Result<()> {
         match fault {
-            Fault::Encoder(side, fault) => {
-                for wheel in side.wheels() {
-                    self.encoders[wheel].inject(fault);
-                }
-            }
-            other => bail!("this base cannot have the fault `{other}` yet"),
+            Fault::LinkCut => self.cut_link(true),
+            Fault::FlashCut(_) => bail!("this base has no parameter storage"),
+            fault => self.faults.inject(fault, &mut self.plant),
         }
-        Ok(())
     }
 
     fn clear_faults(&mut self) -> Result<()> {
-        for encoder in &mut self.encoders {
-            encoder.clear();
-        }
-        Ok(())
+        self.faults.clear(&mut self.plant);
+        self.cut_link(false)
     }
 
     fn now(&self) -> Instant {
@@ -335,15 +340,13 @@ fn sense(core: &Core, plant: &Plant, battery_divider: f64) -> Result<()> {
     core.hold(move |held| held.session.board_mut().sense([battery, left, right]))
 }
 
-/// What the drivers make of their pins.
-fn command(bridges: [Bridge; 2]) -> Command {
-    Command::Bridges(bridges.map(|bridge| {
-        if bridge.enabled {
-            BridgeInput::Duty(bridge.duty)
-        } else {
-            BridgeInput::Open
-        }
-    }))
+/// What a driver makes of its pins.
+fn told(bridge: Bridge) -> BridgeInput {
+    if bridge.enabled {
+        BridgeInput::Duty(bridge.duty)
+    } else {
+        BridgeInput::Open
+    }
 }
 
 /// Lets the board start until its control interrupt comes at the end of the simulation's periods, as the library's tick does: it then reads what the

@@ -11,6 +11,8 @@ use std::collections::VecDeque;
 pub struct Line {
     /// The base has said something, so it listens.
     up: bool,
+    /// Nothing reaches either end.
+    cut: bool,
     to_base: VecDeque<u8>,
     from_base: Vec<u8>,
 }
@@ -19,7 +21,17 @@ impl Line {
     /// Puts bytes on the line; they follow each other without a gap. At power-on nothing is sent before the base has said that it is there, as nobody
     /// can be quick enough to.
     pub fn send(&mut self, bytes: &[u8]) {
-        self.to_base.extend(bytes);
+        if !self.cut {
+            self.to_base.extend(bytes);
+        }
+    }
+
+    /// Cuts the line, or mends it. What is on its way to the base when it is cut is lost.
+    pub fn set_cut(&mut self, cut: bool) {
+        self.cut = cut;
+        if cut {
+            self.to_base.clear();
+        }
     }
 
     /// Takes the bytes that have come.
@@ -40,7 +52,9 @@ impl Store for Line {}
 impl Peer for Line {
     fn receive(&mut self, word: u16, _context: &mut Timeline<'_, '_>) {
         self.up = true;
-        self.from_base.push(word as u8);
+        if !self.cut {
+            self.from_base.push(word as u8);
+        }
     }
 
     fn transmit(&mut self, _now: VirtualNanos) -> Option<u16> {

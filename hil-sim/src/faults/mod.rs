@@ -1,10 +1,14 @@
 //! Faults that are put into a simulated base from outside: what can go wrong, and how a script says it.
 
 mod encoder;
+mod link;
+mod set;
 
 pub use encoder::FaultyEncoder;
 #[cfg(feature = "emulator")]
 pub(crate) use encoder::levels;
+pub use link::FaultyLink;
+pub use set::FaultSet;
 
 use anyhow::{Result, anyhow, bail, ensure};
 use std::fmt;

@@ -6,6 +6,8 @@ use super::params::BatteryParams;
 #[derive(Clone, Debug)]
 pub(super) struct Battery {
     voltage: f64,
+    /// Its voltage as the robot has it \[V\].
+    own: f64,
     resistance: f64,
 }
 
@@ -27,8 +29,14 @@ impl Battery {
     pub(super) fn new(params: &BatteryParams) -> Self {
         Self {
             voltage: params.voltage,
+            own: params.voltage,
             resistance: params.resistance,
         }
+    }
+
+    /// Another open-circuit voltage \[V\], or the robot's own.
+    pub(super) fn replace(&mut self, voltage: Option<f64>) {
+        self.voltage = voltage.unwrap_or(self.own);
     }
 
     /// Open-circuit voltage \[V\].

@@ -128,7 +128,7 @@ impl Plant {
         });
         let consumer = |wheel: &Wheel, drive: f64| Consumer {
             drive,
-            strength: wheel.motor.strength,
+            strength: wheel.motor.share(),
             conductance: wheel.motor.conductance(),
             emf: wheel.motor.emf_constant * wheel.motor_speed,
         };
@@ -137,8 +137,8 @@ impl Plant {
             .bus([consumer(left, drive[0]), consumer(right, drive[1])]);
         // V = s·d·V_bus
         let voltage = [
-            left.motor.strength * drive[0] * self.bus,
-            right.motor.strength * drive[1] * self.bus,
+            left.motor.share() * drive[0] * self.bus,
+            right.motor.share() * drive[1] * self.bus,
         ];
 
         let start = self.body.turned(dt);
@@ -257,6 +257,20 @@ impl Plant {
     /// If `wheel` is neither 0 nor 1.
     pub fn set_strength(&mut self, wheel: usize, strength: f64) {
         self.wheels[wheel].motor.strength = strength;
+    }
+
+    /// What a fault leaves of the voltage of one motor: 1 for all of it. It multiplies with the strength.
+    ///
+    /// # Panics
+    ///
+    /// If `wheel` is neither 0 nor 1.
+    pub fn set_power(&mut self, wheel: usize, power: f64) {
+        self.wheels[wheel].motor.power = power;
+    }
+
+    /// Replaces the battery's open-circuit voltage \[V\]; None: it is the robot's own again.
+    pub fn set_battery(&mut self, voltage: Option<f64>) {
+        self.battery.replace(voltage);
     }
 
     /// Holds one motor, or lets it go. Held, its wheel still moves within the backlash and the tyre

@@ -16,6 +16,8 @@ pub(super) struct Motor {
     viscous: f64,
     /// Factor of the applied voltage, 0..1.
     pub strength: f64,
+    /// What a fault leaves of that, 0..1.
+    pub power: f64,
     /// Whether something holds the motor.
     pub blocked: bool,
     /// Whether the circuit is open.
@@ -40,12 +42,19 @@ impl Motor {
             inertia: params.inertia,
             viscous: params.viscous,
             strength: 1.0,
+            power: 1.0,
             blocked: false,
             open: false,
             coulomb: params.coulomb * friction,
             rise: (params.stiction - params.coulomb) * friction,
             inverse_stribeck: 1.0 / params.stribeck_speed,
         }
+    }
+
+    /// The part of the bridge's voltage that reaches the winding, 0..1.
+    #[inline]
+    pub(super) fn share(&self) -> f64 {
+        self.strength * self.power
     }
 
     /// 1/R \[S\]; 0 while the circuit is open.
