@@ -264,11 +264,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// What of the motion can be counted: nothing, if a wheel has made more counts than it can.
     #[inline]
     fn counted(&mut self, dt: f32) -> Twist {
-        if self.motors != Motors::Off
-            && let Some(place) =
-                self.supervisor
-                    .jumps(&self.config.supervision, self.motion.rolled, dt)
-        {
+        let rolled = self.motion.rolled;
+        if let Some(place) = self.supervisor.jumps(&self.config.supervision, rolled, dt) {
             self.trip(Fault::EncoderJump, place);
             return Twist::ZERO;
         }
@@ -305,7 +302,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             dt: elapsed.seconds,
             steps: elapsed.steps,
             wheels: self.vehicle.wheels(),
-            rolled: self.motion.rolled,
             currents: self.readings.currents,
             supply: self.readings.supply,
             motor_supply: self.readings.usable,

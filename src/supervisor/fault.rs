@@ -96,7 +96,7 @@ faults! {
         "at once";
     /// More counts in a tick than a wheel can make.
     EncoderJump "encoder-jump" Off,
-        "more counts than 1.5 times max_wheel_speed can make; they are left out of the pose",
+        "more counts within 10 ms than 3 times max_wheel_speed can make; they are left out of the pose",
         "at once";
     /// A wheel turns too fast or too slowly for its motor's voltage.
     Mismatch "mismatch" Off,

@@ -44,8 +44,6 @@ pub struct Cycle {
     pub steps: u32,
     /// The wheels, left first: their speeds now, and the duties that they had.
     pub wheels: [Wheel; 2],
-    /// How far they rolled, m.
-    pub rolled: [f32; 2],
     /// The motors' currents, A, where they are measured.
     pub currents: [Option<f32>; 2],
     /// The battery's voltage as measured, V …
@@ -76,8 +74,8 @@ struct Reading {
     voltage: f32,
     /// m/s.
     speed: f32,
-    /// m.
-    rolled: f32,
+    /// The low bits of the encoder's count.
+    count: i32,
     /// A.
     current: Option<f32>,
 }
@@ -312,17 +310,16 @@ fn is_fast(config: &Config, cycle: &Cycle) -> bool {
 
 #[inline]
 fn reading(cycle: &Cycle, side: usize) -> Reading {
-    let ([left, right], [left_rolled, right_rolled]) = (cycle.wheels, cycle.rolled);
-    let [left_current, right_current] = cycle.currents;
-    let (wheel, rolled, current) = if side == 0 {
-        (left, left_rolled, left_current)
+    let ([left, right], [left_current, right_current]) = (cycle.wheels, cycle.currents);
+    let (wheel, current) = if side == 0 {
+        (left, left_current)
     } else {
-        (right, right_rolled, right_current)
+        (right, right_current)
     };
     Reading {
         voltage: wheel.duty * cycle.motor_supply,
         speed: wheel.speed,
-        rolled,
+        count: wheel.count as i32,
         current,
     }
 }

@@ -65,11 +65,6 @@ impl MotorModel {
             0.0
         }
     }
-
-    /// The speed that the motor's current speaks of, m/s: back-EMF over voltage per speed.
-    fn speed_by_current(&self, u: f32, current: f32) -> f32 {
-        (u - current * self.resistance) / self.speed_gain
-    }
 }
 
 /// How a wheel contradicts its motor.
@@ -92,8 +87,11 @@ pub(super) struct WheelMonitor {
     contradiction: Contradiction,
     /// How much the wheel contradicts its model in this way, s: Page's CUSUM of the excess over the threshold.
     suspicion: f32,
-    /// The last count's direction, and how often in a row it was the opposite of the one before.
-    last: f32,
+    /// For how long the motor's current has said that it turns, s; time for which it said otherwise is taken off.
+    turning: f32,
+    /// The low bits of the count, its last direction, and how often in a row that was the opposite of the one before.
+    count: i32,
+    direction: i32,
     reversals: u8,
     /// How much farther than it can the wheel has rolled, m.
     ahead: f32,
@@ -110,11 +108,13 @@ const FASTEST_REVERSED: f32 = 1.5;
 /// Below this share of the model's speed a wheel counts as standing.
 const STANDING: f32 = 0.25;
 /// So many reversals of the count in a row are the flicker of a lost channel.
-const FLICKER: u8 = 5;
+const FLICKER: u8 = 4;
 /// A wheel can be this much faster than its limit …
-pub(super) const REACH: f32 = 1.5;
+pub(super) const REACH: f32 = 3.0;
 /// … and counts may come in so late, s.
 const REACH_TIME: f32 = 0.01;
+/// A motor turns if its current says so of more than this share of the model's speed.
+const TURNING: f32 = 0.5;
 /// A motor that draws less than this share of its stall current has no power.
 const NO_CURRENT: f32 = 0.05;
 
@@ -153,18 +153,12 @@ impl WheelMonitor {
         if difference <= threshold && self.suspicion <= 0.0 {
             return false;
         }
-        self.suspect(measured, difference, threshold, reading.rolled, dt)
+        self.suspect(model, reading, difference / threshold - 1.0, dt)
     }
 
     #[inline(never)]
-    fn suspect(
-        &mut self,
-        measured: f32,
-        difference: f32,
-        threshold: f32,
-        rolled: f32,
-        dt: f32,
-    ) -> bool {
+    fn suspect(&mut self, model: &MotorModel, reading: &Reading, excess: f32, dt: f32) -> bool {
+        let measured = reading.speed;
         let contradiction = if measured.abs() < STANDING * self.expected.abs() {
             Contradiction::Stands
         } else if measured * self.expected < 0.0 {
@@ -175,21 +169,24 @@ impl WheelMonitor {
         if contradiction != self.contradiction {
             self.contradiction = contradiction;
             self.suspicion = 0.0;
+            self.turning = 0.0;
         }
         let fastest = match contradiction {
             Contradiction::Reversed => FASTEST_REVERSED,
             _ => FASTEST,
         };
-        let rate = smaller(difference / threshold - 1.0, fastest);
-        self.suspicion = larger(self.suspicion + rate * dt, 0.0);
-        if rolled != 0.0 {
-            let reversed = rolled * self.last < 0.0;
-            self.reversals = if reversed {
+        self.suspicion = larger(self.suspicion + smaller(excess, fastest) * dt, 0.0);
+        let turns = self.turns_by_current(model, reading) == Some(true);
+        self.turning = larger(self.turning + if turns { dt } else { -dt }, 0.0);
+        let step = reading.count.wrapping_sub(self.count).signum();
+        self.count = reading.count;
+        if step != 0 {
+            self.reversals = if step == -self.direction {
                 self.reversals.saturating_add(1)
             } else {
                 0
             };
-            self.last = rolled;
+            self.direction = step;
         }
         self.is_convicted()
     }
@@ -229,19 +226,21 @@ impl WheelMonitor {
         if self.reversals >= FLICKER {
             return Some(Fault::EncoderChannel);
         }
-        let Some(current) = reading.current.filter(|_| model.resistance > 0.0) else {
-            return Some(Fault::NoMotion);
-        };
-        if (current * model.resistance).abs() < NO_CURRENT * reading.voltage.abs()
-            && reading.voltage.abs() > model.speed_gain * model.rest_floor
-        {
-            return Some(Fault::NoMotion);
+        match self.turns_by_current(model, reading) {
+            None => Some(Fault::NoMotion),
+            Some(_) if self.turning > VERDICT => Some(Fault::EncoderStuck),
+            Some(_) => (self.suspicion > STALL_VERDICT).then_some(Fault::Stall),
         }
-        let turns = model.speed_by_current(reading.voltage, current) / self.expected;
-        if turns > 0.5 {
-            Some(Fault::EncoderStuck)
-        } else {
-            (self.suspicion > STALL_VERDICT).then_some(Fault::Stall)
+    }
+
+    /// Whether the motor turns as its model does, by its current; nothing if that is not known, or so little that the motor has no power.
+    fn turns_by_current(&self, model: &MotorModel, reading: &Reading) -> Option<bool> {
+        let drop = reading.current.filter(|_| model.resistance > 0.0)? * model.resistance;
+        let u = reading.voltage;
+        if drop.abs() < NO_CURRENT * u.abs() && u.abs() > model.speed_gain * model.rest_floor {
+            return None;
         }
+        // Back-EMF over voltage per speed.
+        Some((u - drop) / model.speed_gain > TURNING * self.expected)
     }
 }
