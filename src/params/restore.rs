@@ -49,9 +49,20 @@ pub struct Restored {
     pub params: Params,
     /// What is not as it was stored.
     pub fallbacks: Fallbacks,
+    /// Something was stored, and cannot be read any more: these are the defaults.
+    pub lost: bool,
 }
 
 impl Restored {
+    /// The defaults.
+    pub(super) fn new(defaults: &Params) -> Self {
+        Self {
+            params: *defaults,
+            fallbacks: Fallbacks::default(),
+            lost: false,
+        }
+    }
+
     /// Takes an entry over; the defaults are there already.
     pub(super) fn take(&mut self, key: u32, value: f32) {
         let Some(id) = Id::ALL.into_iter().find(|id| id.key() == key) else {

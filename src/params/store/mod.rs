@@ -25,7 +25,7 @@ mod slot;
 pub use flash::{Blocking, Flash};
 
 use super::Params;
-use super::restore::{Fallbacks, Restored};
+use super::restore::Restored;
 use slot::{CRC_AT, Mark, SLOT_BYTES, Slot};
 
 /// Why a set was not saved or loaded.
@@ -128,19 +128,33 @@ impl<F: Flash> Store<F> {
     /// # Errors
     /// [`StoreError`] if there is none.
     pub fn load(&mut self, defaults: &Params) -> Result<Restored, StoreError> {
+        let mut restored = Restored::new(defaults);
+        self.load_into(&mut restored, defaults)?;
+        Ok(restored)
+    }
+
+    /// What a base begins with: the newest set, or the defaults.
+    #[inline(never)]
+    pub fn load_or_defaults(&mut self, defaults: &Params) -> Restored {
+        let mut restored = Restored::new(defaults);
+        if let Err(error) = self.load_into(&mut restored, defaults) {
+            restored.params = *defaults;
+            // An empty store is as it should be.
+            restored.lost = error != StoreError::Empty;
+        }
+        restored
+    }
+
+    fn load_into(&mut self, restored: &mut Restored, defaults: &Params) -> Result<(), StoreError> {
         let mut newest = self.newest?.slot;
         if !newest.is_whole(&mut self.flash)? {
             // It has decayed since it was found. There may still be an older one.
             self.newest = self.find();
             newest = self.newest?.slot;
         }
-        let mut restored = Restored {
-            params: *defaults,
-            fallbacks: Fallbacks::default(),
-        };
         newest.entries(&mut self.flash, |key, value| restored.take(key, value))?;
         restored.resolve(defaults);
-        Ok(restored)
+        Ok(())
     }
 
     /// Asks for a save. [`Store::poll`] does it, and tells how it ended.
