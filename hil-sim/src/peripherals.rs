@@ -2,7 +2,7 @@
 
 mod flash;
 
-pub use flash::{FakeFlash, FlashError, Wear};
+pub use flash::{FakeFlash, FlashError, Wear, stored};
 
 use crate::plant::BridgeInput;
 use embedded_hal::digital::{ErrorType as PinErrorType, OutputPin};

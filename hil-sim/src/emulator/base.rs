@@ -6,7 +6,7 @@ use super::knowledge::Knowledge;
 use super::lockstep::{Core, Edge, Meeting, Stretch};
 use super::program::Program;
 use crate::base::Base;
-use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO};
+use crate::peripherals::{CURRENT_SENSITIVITY, CURRENT_ZERO, stored};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
 use crate::robot::{Model, Robot};
@@ -18,7 +18,7 @@ use rigless::time::VirtualNanos;
 use std::collections::VecDeque;
 use std::path::Path;
 use vehicle_controller::controller::State;
-use vehicle_controller::params::{Id, Params};
+use vehicle_controller::params::Params;
 use vehicle_controller::time::{self, Instant};
 
 /// The image has so long to start, ns.
@@ -27,6 +27,9 @@ const START_PATIENCE_NS: u64 = 100_000_000;
 const START_STEP_NS: u64 = 10_000;
 /// The control interrupt comes so long before the period ends, ns: for its own time, and for the PWM to take the new duty over with its next cycle.
 const TICK_NS: u64 = 100_000;
+
+/// Where the image keeps its parameters.
+const PARAMETERS: u64 = 0x0810_0000;
 
 /// How a board is set up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,7 +70,7 @@ pub struct ImageBase {
 }
 
 impl ImageBase {
-    /// Powers a robot up with an image in its flash. The same image, robot and seed give the same run, bit for bit.
+    /// Powers a robot up with an image in its flash, and its parameters where the image keeps them. The same image, robot and seed give the same run, bit for bit.
     ///
     /// # Errors
     /// If the image cannot be read, does not fit, or the robot is not one that it can drive.
@@ -83,15 +86,6 @@ impl ImageBase {
         if robot.model == Model::Ideal {
             bail!(
                 "an image drives motors, and this robot's wheels turn as they are told: choose another robot"
-            );
-        }
-        let built_in = Params::default();
-        if Id::ALL
-            .into_iter()
-            .any(|id| robot.params.get(id) != built_in.get(id))
-        {
-            bail!(
-                "an image has the parameters it was built with, and this robot needs others: choose another robot"
             );
         }
         ensure!(
@@ -112,7 +106,9 @@ impl ImageBase {
             );
         }
         let mut images = vec![image];
-        for (address, bytes) in &setup.flash {
+        let stored =
+            (robot.params != Params::default()).then(|| (PARAMETERS, stored(&robot.params)));
+        for (address, bytes) in stored.iter().chain(&setup.flash) {
             ensure!(
                 flash.place(*address, bytes),
                 "{} bytes at {address:#010x} are outside the flash",
@@ -230,6 +226,13 @@ impl Base for ImageBase {
             .hold(move |held| held.session.board_mut().set_estop(held.stop.at, open))
     }
 
+    fn cut_flash(&mut self, bytes: u64) -> Result<()> {
+        self.core.hold(move |held| {
+            held.observer.expect_reset();
+            held.session.board_mut().part.flash.cut_after(bytes);
+        })
+    }
+
     fn now(&self) -> Instant {
         self.now
     }
@@ -250,6 +253,10 @@ impl Base for ImageBase {
         self.now = time::after(self.now, PERIOD);
         let edges = self.edges(from);
         sense(&self.core, &self.plant, self.battery_divider)?;
+        self.core.hold(|held| {
+            let at = held.stop.at;
+            held.session.board_mut().part.restore_power(at)
+        })?;
         let until = self.instant(self.now);
         let Meeting {
             bytes,

@@ -5,7 +5,8 @@ use embedded_storage::nor_flash::{
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use vehicle_controller::params::store::Flash;
+use vehicle_controller::params::Params;
+use vehicle_controller::params::store::{Flash, Store};
 
 /// What an erased word reads.
 const BLANK: u32 = u32::MAX;
@@ -335,4 +336,16 @@ impl<const SECTOR: usize> Flash for FakeFlash<SECTOR> {
         self.wear.erased[erase.sector] += 1;
         Ok(())
     }
+}
+
+/// What a flash holds in which these parameters were saved, from its first byte to the last that is not blank.
+pub fn stored(params: &Params) -> Vec<u8> {
+    let mut store = Store::open(FakeFlash::<16_384>::new(0, 1));
+    store.start_save();
+    while store.poll(params).is_none() {}
+    let mut bytes = store.flash().bytes();
+    while bytes.last() == Some(&u8::MAX) {
+        bytes.pop();
+    }
+    bytes
 }

@@ -162,7 +162,9 @@ impl NorFlash for ParamFlash {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
         let at = place(offset, bytes.len())?;
         self.unlock()?;
-        self.0.cr().write(|w| w.psize().psize32().pg().set_bit());
+        // LOCK is set by default.
+        let control = self.0.cr();
+        control.write(|w| w.lock().unlocked().psize().psize32().pg().set_bit());
         let mut done = Ok(());
         for (at, chunk) in (at..).step_by(4).zip(bytes.chunks_exact(4)) {
             if let [a, b, c, d] = *chunk {
@@ -180,7 +182,10 @@ impl store::Flash for ParamFlash {
         let number = SECTOR_12 + sector as u8;
         let control = self.0.cr();
         // SAFETY: 16 and 17 are the sectors 12 and 13.
-        control.write(|w| unsafe { w.psize().psize32().ser().set_bit().snb().bits(number) });
+        control.write(|w| unsafe {
+            let w = w.lock().unlocked().psize().psize32();
+            w.ser().set_bit().snb().bits(number)
+        });
         control.modify(|_, w| w.strt().set_bit());
         Ok(())
     }
