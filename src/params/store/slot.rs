@@ -25,7 +25,6 @@
 
 use super::{Flash, StoreError};
 use crate::params::{Id, Params};
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 /// Bytes of a slot.
 pub(super) const SLOT_BYTES: u32 = 1024;
@@ -50,7 +49,23 @@ const _: () = assert!(COUNT <= MAX_ENTRIES, "a set does not fit its slot");
 /// Where the CRC of a set that is written comes; what is before it is [written](Slot::write) from the parameters.
 pub(super) const CRC_AT: u32 = ENTRIES_AT + 2 * COUNT;
 
-const CRC_32: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+/// CRC-32/ISO-HDLC, least significant bit first, four bits at a time: a third of the code of the crate's, and four times as fast.
+static NIBBLES: [u32; 16] = {
+    const POLYNOMIAL: u32 = 0xEDB8_8320;
+    let mut table = [0; 16];
+    let mut nibble = 0;
+    while nibble < 16 {
+        let mut crc = nibble;
+        let mut bit = 0;
+        while bit < 4 {
+            crc = crc >> 1 ^ POLYNOMIAL * (crc & 1);
+            bit += 1;
+        }
+        table[nibble as usize] = crc;
+        nibble += 1;
+    }
+    table
+};
 
 /// What a slot says of itself, before its set is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,11 +142,15 @@ impl Slot {
     }
 
     fn crc<F: Flash>(self, flash: &mut F, end: u32) -> Result<u32, StoreError> {
-        let mut digest = CRC_32.digest();
+        let mut crc = u32::MAX;
         for at in FORMAT_AT..end {
-            digest.update(&self.read(flash, at)?.to_le_bytes());
+            crc ^= self.read(flash, at)?;
+            for _ in 0..u32::BITS / 4 {
+                let nibble = NIBBLES.get(crc as usize & 15).copied();
+                crc = crc >> 4 ^ nibble.unwrap_or_default();
+            }
         }
-        Ok(digest.finalize())
+        Ok(!crc)
     }
 
     /// Makes sure that a committed set stays so, and one that is not committed too, however the word reads at which its writing was cut off.
