@@ -159,7 +159,7 @@ fn an_emergency_stop_is_obeyed_in_the_midst_of_an_erase() {
 fn a_flash_full_of_garbage_is_a_fault_that_can_be_cleared() {
     let robot = Robot::load("default").unwrap();
     let mut flash = FakeFlash::new(1, 250);
-    flash.place(0, &[0x5A; 32_768]);
+    flash.place(0, &vec![0x5A; 32_768]);
     let mut client = Client::new(Rig::with_flash(&robot, 1, flash).unwrap());
     assert_eq!(client.ask("GetStatus"), "Status HOLD HOLD enabled storage");
     assert!(client.ask("m 1").starts_with("ERR fault storage"));

@@ -58,7 +58,7 @@ static NIBBLES: [u32; 16] = {
         let mut crc = nibble;
         let mut bit = 0;
         while bit < 4 {
-            crc = crc >> 1 ^ POLYNOMIAL * (crc & 1);
+            crc = (crc >> 1) ^ (POLYNOMIAL * (crc & 1));
             bit += 1;
         }
         table[nibble as usize] = crc;
@@ -147,7 +147,7 @@ impl Slot {
             crc ^= self.read(flash, at)?;
             for _ in 0..u32::BITS / 4 {
                 let nibble = NIBBLES.get(crc as usize & 15).copied();
-                crc = crc >> 4 ^ nibble.unwrap_or_default();
+                crc = (crc >> 4) ^ nibble.unwrap_or_default();
             }
         }
         Ok(!crc)
