@@ -43,6 +43,12 @@ pub trait Base {
     /// If the simulation cannot go on.
     fn clear_faults(&mut self) -> Result<()>;
 
+    /// Power fails after so many further bytes written to the flash of the parameters, or milliseconds of an erase of it; the base then starts anew.
+    ///
+    /// # Errors
+    /// If the simulation cannot go on.
+    fn cut_flash(&mut self, bytes: u64) -> Result<()>;
+
     /// The simulated time.
     fn now(&self) -> Instant;
 
@@ -100,6 +106,11 @@ impl Base for Rig {
 
     fn clear_faults(&mut self) -> Result<()> {
         Rig::clear_faults(self);
+        Ok(())
+    }
+
+    fn cut_flash(&mut self, bytes: u64) -> Result<()> {
+        Rig::cut_flash(self, bytes);
         Ok(())
     }
 

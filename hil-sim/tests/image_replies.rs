@@ -5,7 +5,7 @@ mod image;
 use hil_sim::base::Base;
 use hil_sim::emulator::Setup;
 use hil_sim::script::Script;
-use image::{Client, emulated, host};
+use image::{Client, emulated, emulated_on, host_on};
 use std::path::Path;
 
 /// The two do the same in each tick, but idle takes its time: a line may take effect a tick later, and be answered from the state of a tick earlier. A
@@ -69,9 +69,13 @@ fn replies_and_events(lines: &[(u64, String)]) -> [Vec<&str>; 2] {
 }
 
 fn agree(name: &str, script: &Script) {
-    let mut library = Client::new(host());
+    agree_on("default", name, script);
+}
+
+fn agree_on(robot: &str, name: &str, script: &Script) {
+    let mut library = Client::new(host_on(robot));
     library.play(script);
-    let mut shipped = Client::new(emulated(&Setup::default()));
+    let mut shipped = Client::new(emulated_on(robot));
     shipped.play(script);
 
     let ours = replies_and_events(&library.lines);
@@ -118,6 +122,16 @@ fn agree(name: &str, script: &Script) {
 fn scenario(name: &str) {
     let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
     agree(name, &Script::load(&scenarios.join(name)).unwrap());
+}
+
+/// Robots whose parameters are not those that the image was built with: it finds theirs in its flash.
+#[test]
+fn metre_on_other_robots() {
+    let scenarios = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+    let script = Script::load(&scenarios.join("metre.script")).unwrap();
+    for robot in ["uncalibrated", "robuter"] {
+        agree_on(robot, robot, &script);
+    }
 }
 
 #[test]

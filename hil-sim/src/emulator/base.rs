@@ -7,6 +7,7 @@ use super::lockstep::{Core, Edge, Meeting, Stretch};
 use super::program::Program;
 use crate::base::Base;
 use crate::faults::{Fault, FaultSet};
+use crate::peripherals::stored;
 use crate::plant::{BridgeInput, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
 use crate::robot::{Model, Robot};
@@ -18,7 +19,7 @@ use rigless::time::VirtualNanos;
 use std::collections::VecDeque;
 use std::path::Path;
 use vehicle_controller::controller::State;
-use vehicle_controller::params::{Id, Params};
+use vehicle_controller::params::Params;
 use vehicle_controller::time::{self, Instant};
 
 /// The image has so long to start, ns.
@@ -31,6 +32,8 @@ const TICK_NS: u64 = 100_000;
 /// Edges of an encoder in a period. 1.5 µs lie between two of them then: a channel, which has every other one, is at half of the 800 kHz that its
 /// filter lets pass.
 const MAX_EDGES: usize = 600;
+/// Where the image keeps its parameters.
+const PARAMETERS: u64 = 0x0810_0000;
 
 /// How a board is set up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -73,7 +76,7 @@ pub struct ImageBase {
 }
 
 impl ImageBase {
-    /// Powers a robot up with an image in its flash. The same image, robot and seed give the same run, bit for bit.
+    /// Powers a robot up with an image in its flash, and its parameters where the image keeps them. The same image, robot and seed give the same run, bit for bit.
     ///
     /// # Errors
     /// If the image cannot be read, does not fit, or the robot is not one that it can drive.
@@ -89,15 +92,6 @@ impl ImageBase {
         if robot.model == Model::Ideal {
             bail!(
                 "an image drives motors, and this robot's wheels turn as they are told: choose another robot"
-            );
-        }
-        let built_in = Params::default();
-        if Id::ALL
-            .into_iter()
-            .any(|id| robot.params.get(id) != built_in.get(id))
-        {
-            bail!(
-                "an image has the parameters it was built with, and this robot needs others: choose another robot"
             );
         }
         ensure!(
@@ -118,7 +112,9 @@ impl ImageBase {
             );
         }
         let mut images = vec![image];
-        for (address, bytes) in &setup.flash {
+        let stored =
+            (robot.params != Params::default()).then(|| (PARAMETERS, stored(&robot.params)));
+        for (address, bytes) in stored.iter().chain(&setup.flash) {
             ensure!(
                 flash.place(*address, bytes),
                 "{} bytes at {address:#010x} are outside the flash",
@@ -257,7 +253,7 @@ impl Base for ImageBase {
     fn inject(&mut self, fault: Fault) -> Result<()> {
         match fault {
             Fault::LinkCut => self.cut_link(true),
-            Fault::FlashCut(_) => bail!("this base has no parameter storage"),
+            Fault::FlashCut(bytes) => self.cut_flash(bytes),
             fault => self.faults.inject(fault, &mut self.plant),
         }
     }
@@ -265,6 +261,13 @@ impl Base for ImageBase {
     fn clear_faults(&mut self) -> Result<()> {
         self.faults.clear(&mut self.plant);
         self.cut_link(false)
+    }
+
+    fn cut_flash(&mut self, bytes: u64) -> Result<()> {
+        self.core.hold(move |held| {
+            held.observer.expect_reset();
+            held.session.board_mut().part.flash.cut_after(bytes);
+        })
     }
 
     fn now(&self) -> Instant {
@@ -287,6 +290,10 @@ impl Base for ImageBase {
         self.now = time::after(self.now, PERIOD);
         let edges = self.edges(from);
         sense(&self.core, &self.plant, self.battery_divider)?;
+        self.core.hold(|held| {
+            let at = held.stop.at;
+            held.session.board_mut().part.restore_power(at)
+        })?;
         let until = self.instant(self.now);
         let Meeting {
             bytes,

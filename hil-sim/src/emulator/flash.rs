@@ -54,7 +54,12 @@ enum Operation {
     Program,
     /// The sector's first byte in the array, and its length.
     Erase(usize, usize),
+    /// An erase in the midst of which power fails.
+    CutErase,
 }
+
+/// An erase is cut at a time that is counted so, ns.
+const CUT_STEP_NS: u64 = 1_000_000;
 
 /// The flash interface with its array.
 pub struct Flash {
@@ -64,6 +69,10 @@ pub struct Flash {
     control: u64,
     status: u64,
     busy: Option<(EventId, Operation)>,
+    /// Power fails after so many further bytes, or milliseconds of an erase.
+    cut: Option<u64>,
+    /// Power has failed, and has not come back.
+    pub(super) lost_power: bool,
 }
 
 impl std::fmt::Debug for Flash {
@@ -93,7 +102,30 @@ impl Flash {
             control: LOCK,
             status: 0,
             busy: None,
+            cut: None,
+            lost_power: false,
         }
+    }
+
+    /// Power fails after so many further bytes that are programmed, or milliseconds of an erase.
+    pub(super) fn cut_after(&mut self, bytes: u64) {
+        self.cut = Some(bytes);
+    }
+
+    /// Lets bytes or milliseconds pass; if power fails among them, after how many.
+    fn pass(&mut self, amount: u64) -> Option<u64> {
+        let left = self.cut?;
+        if left < amount {
+            self.cut = None;
+            return Some(left);
+        }
+        self.cut = Some(left - amount);
+        None
+    }
+
+    fn lose_power(&mut self, context: &mut DeviceContext<'_>) {
+        self.lost_power = true;
+        context.request_power(false);
     }
 
     /// Puts bytes into the array, as a programming tool does before power-on. False if they do not fit.
@@ -186,7 +218,10 @@ impl Flash {
             64 => self.times.erase_ns[1],
             _ => self.times.erase_ns[2],
         };
-        self.begin(Operation::Erase(at, length), time, context);
+        match self.pass(time / CUT_STEP_NS) {
+            Some(steps) => self.begin(Operation::CutErase, steps * CUT_STEP_NS + 1, context),
+            None => self.begin(Operation::Erase(at, length), time, context),
+        }
     }
 
     fn wipe(&mut self, at: usize, length: usize, context: &mut DeviceContext<'_>) {
@@ -226,6 +261,9 @@ impl Flash {
         let Some(place) = place.filter(|place| place.is_multiple_of(bytes)) else {
             return sr::PGAERR.mask();
         };
+        let cut = self.pass(bytes as u64);
+        // What is behind the cut is not programmed, and what is there is half.
+        let value = cut.map_or(value, |left| value | u64::MAX << (8 * left + 4));
         let cells = &mut self.array[place..place + bytes];
         let mut programmed = 0;
         for (lane, cell) in cells.iter_mut().enumerate() {
@@ -241,6 +279,9 @@ impl Flash {
         }
         context.program(address, width, programmed, 0);
         self.begin(Operation::Program, self.times.program_ns, context);
+        if cut.is_some() {
+            self.lose_power(context);
+        }
         0
     }
 
@@ -316,8 +357,10 @@ impl Device for Flash {
         };
         self.busy = None;
         self.control &= !STRT;
-        if let Operation::Erase(at, length) = operation {
-            self.wipe(at + length / 2, length / 2, context);
+        match operation {
+            Operation::Erase(at, length) => self.wipe(at + length / 2, length / 2, context),
+            Operation::CutErase => self.lose_power(context),
+            Operation::Program => {}
         }
         if cr::EOPIE.is_set(self.control) {
             self.status |= sr::EOP.mask();

@@ -91,6 +91,7 @@ enum Model {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slots {
     rcc: usize,
+    flash: usize,
     pwr: usize,
     pub(super) ports: [usize; 5],
     pub(super) pwm: usize,
@@ -153,6 +154,7 @@ impl Part {
             .collect::<Result<_, _>>()?;
         let slots = Slots {
             rcc: bus.slot("RCC")?,
+            flash: bus.slot("FLASH")?,
             pwr: bus.slot("PWR")?,
             ports: [
                 bus.slot("GPIOA")?,
@@ -183,6 +185,16 @@ impl Part {
         let registers = self.bus.slot_mut(self.slots.pwr).registers_mut();
         self.models.pwr.set_supply(supply_millivolts, registers);
         self.models.adc[0].set_reference(supply_millivolts);
+    }
+
+    /// Power comes back, if it was lost; whether it was.
+    pub(super) fn restore_power(&mut self, at: VirtualNanos) -> bool {
+        let lost = std::mem::take(&mut self.flash.lost_power);
+        if lost {
+            let (_, mut context) = self.bus.drive(at, self.slots.flash);
+            context.request_power(true);
+        }
+        lost
     }
 
     /// The model of a port and its registers, the port by its place in the alphabet.
@@ -218,7 +230,10 @@ impl Mcu for Part {
         self.models = fresh;
         self.fit(crystal, supply, lsi);
         let registers = self.bus.slot_mut(self.slots.rcc).registers_mut();
-        self.models.rcc.restarted(cause, flags, registers);
+        // A power-on leaves the flags as the reset values have them.
+        if cause != ResetCause::PowerOn {
+            self.models.rcc.restarted(cause, flags, registers);
+        }
         self.flash.restart();
     }
 

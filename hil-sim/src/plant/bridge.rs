@@ -35,7 +35,10 @@ mod tests {
 
     #[test]
     fn the_dead_band_is_cut_out_of_the_middle() {
-        let bridge = Bridge::new(&BridgeParams { dead_band: 0.2 });
+        let bridge = Bridge::new(&BridgeParams {
+            dead_band: 0.2,
+            current_sensitivity: 0.25,
+        });
         assert_eq!(bridge.drive(0.0), 0.0);
         assert_eq!(bridge.drive(0.2), 0.0);
         assert_eq!(bridge.drive(-0.15), 0.0);

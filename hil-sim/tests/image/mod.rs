@@ -35,7 +35,18 @@ pub fn emulated(setup: &Setup) -> ImageBase {
 
 /// The library on this computer, on the same robot.
 pub fn host() -> Rig {
-    Rig::new(&Robot::load("default").unwrap(), SEED).unwrap()
+    host_on("default")
+}
+
+/// The image on a robot.
+pub fn emulated_on(robot: &str) -> ImageBase {
+    let robot = Robot::load(robot).unwrap();
+    ImageBase::with(&image(), &robot, SEED, &Setup::default()).unwrap()
+}
+
+/// The library on this computer, on a robot.
+pub fn host_on(robot: &str) -> Rig {
+    Rig::new(&Robot::load(robot).unwrap(), SEED).unwrap()
 }
 
 /// Somebody at the serial line of a base.
