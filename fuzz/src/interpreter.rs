@@ -185,7 +185,7 @@ impl<'a> Session<'a> {
             self.stalled = false;
             self.stale = true;
             while self.hear() {
-                self.base.poll();
+                self.work();
             }
             self.stale = false;
             self.params = *self.base.interpreter.params();
@@ -225,17 +225,21 @@ impl<'a> Session<'a> {
         self.poll();
     }
 
+    /// The interpreter works; true if it made a request to the controller.
+    fn work(&mut self) -> bool {
+        self.estop_due |= core::mem::take(&mut self.estop_received);
+        self.base.poll()
+    }
+
     pub(crate) fn poll(&mut self) {
-        let must_ask = core::mem::take(&mut self.estop_received);
-        self.estop_due |= must_ask;
+        let must_ask = self.estop_received;
+        let asks = self.work();
         if self.stalled {
             // Whatever it does is heard of later.
-            self.base.poll();
             self.params = *self.base.interpreter.params();
             self.note_limits();
             return;
         }
-        let asks = self.base.poll();
         let changed = self.hear();
         if !self.framing_only {
             assert_eq!(
@@ -319,6 +323,9 @@ impl<'a> Session<'a> {
                 (None, Doubts { must, may })
             }
         };
+        if let Some(ask) = ask {
+            self.judge(ask, &mut doubts);
+        }
         let missing = !line.has_check && !stops(&line);
         let damaged = matches!(line.body, Err(Damage::TooLong | Damage::BadByte));
         if missing && !damaged && (required || self.stale) {
@@ -335,9 +342,6 @@ impl<'a> Session<'a> {
             Late::Yes if stops(&line) => {}
             Late::Yes => doubts.must = Codes::BUSY,
             Late::Maybe => doubts.may.add(Codes::BUSY),
-        }
-        if let (Some(ask), true) = (ask, doubts.must.is_empty()) {
-            self.judge(ask, &mut doubts);
         }
         match code {
             Some(code) => assert!(
