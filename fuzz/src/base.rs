@@ -154,12 +154,7 @@ pub fn vehicle<'a, C: Counter>(
     config: &differential::Config,
 ) -> Vehicle<'a, C> {
     let motor = |wheel, config| {
-        let servo = Servo::new(
-            Pwm(wheel),
-            Pin::Direction(wheel),
-            Pin::Power(wheel),
-            config,
-        );
+        let servo = Servo::new(Pwm(wheel), Pin::Direction(wheel), Pin::Power(wheel), config);
         servo.expect("nothing is broken yet")
     };
     let [left, right] = wheels;

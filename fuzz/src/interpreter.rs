@@ -604,7 +604,8 @@ const ORDERED: [(Id, Id); 6] = [
 ];
 
 fn is(line: &Line<'_>, command: &[u8]) -> bool {
-    line.body.is_ok_and(|body| body.eq_ignore_ascii_case(command))
+    line.body
+        .is_ok_and(|body| body.eq_ignore_ascii_case(command))
 }
 
 /// Stop and EStop: they need no check, and are never too late.
@@ -624,9 +625,9 @@ fn code(reply: &str) -> Option<Codes> {
 /// A line without its check, which must be there and right; or must not be there.
 fn unchecked(line: &str, must: bool) -> &str {
     if !must {
-        let checked = line
-            .rsplit_once('*')
-            .is_some_and(|(content, check)| protocol::is_right(content.as_bytes(), check.as_bytes()));
+        let checked = line.rsplit_once('*').is_some_and(|(content, check)| {
+            protocol::is_right(content.as_bytes(), check.as_bytes())
+        });
         assert!(!checked, "a check that nobody wants: {line}");
         return line;
     }
@@ -646,5 +647,8 @@ fn either(line: &str) -> &str {
 }
 
 fn shown(line: &Line<'_>) -> String {
-    format!("{:?}", line.body.map(|body| body.escape_ascii().to_string()))
+    format!(
+        "{:?}",
+        line.body.map(|body| body.escape_ascii().to_string())
+    )
 }
