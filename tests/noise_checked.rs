@@ -1,6 +1,6 @@
 //! Noise on a line that requires checks (`require_crc`): what is flipped is not obeyed.
 //!
-//! The tests send so many lines each; `NOISE_LINES=10000000` makes it ten million.
+//! Five tests send some million lines each, ten million with one or two flips together; `NOISE_LINES=10000000` makes it ten million each.
 //!
 //! Two things are counted apart. The hex digits of a check may be of either case, so a flip that only makes a `B` of a `b` changes nothing of what the
 //! line says: it is obeyed, and rightly. And `Stop` and `EStop` need no check: noise may make one of something else.
@@ -60,8 +60,10 @@ struct Count {
     obeyed: u64,
     /// Only the case of the check's letters was different: not among the above.
     same: u64,
-    /// A Stop or EStop without a check came of it: not among the above.
+    /// A Stop or EStop lost its check, so it needed none: not among the above.
     stops: u64,
+    /// A Stop or EStop without a check came of another line: not among the above.
+    made_stops: u64,
 }
 
 /// Sends damaged lines to a base, and counts what it obeys.
@@ -91,24 +93,34 @@ impl Noise {
             self.rig.receive(&self.next);
             self.rig.receive(b"\n");
         }
-        let params = *self.rig.params();
         self.rig.pump();
-        let replies = self.rig.bytes();
-        let mut touched = *self.rig.params() != params;
+        let mut replies = replies(&self.rig.bytes());
         let lines = damaged
             .split(|b| is_end(*b))
             .filter(|line| line.iter().any(|b| !b" \t".contains(b)));
-        // After one that is obeyed, others wait for the tick.
-        let replies = replies.split(|b| *b == b'\n').filter(|r| !r.is_empty());
-        for (line, reply) in lines.zip(replies) {
-            let code = code(reply);
-            let refused = matches!(code, Some(b"checksum" | b"bad-byte" | b"too-long"));
-            if refused {
-                continue;
+        let mut touched = false;
+        let mut answered = 0;
+        for line in lines {
+            // After one that is obeyed, the others wait for a tick.
+            while replies.len() <= answered {
+                self.rig.tick();
+                touched = true;
+                replies.extend(self::replies(&self.rig.bytes()));
             }
+            let reply = &replies[answered];
+            answered += 1;
+            let code = code(reply);
             touched |= code.is_none();
-            if is_stop(line) {
+            if let Some(b"checksum" | b"bad-byte" | b"too-long" | b"busy") = code {
+            } else if is_stop(line)
+                && original
+                    .to_ascii_lowercase()
+                    .windows(5)
+                    .any(|w| w == b"stop*")
+            {
                 self.count.stops += 1;
+            } else if is_stop(line) {
+                self.count.made_stops += 1;
             } else if damaged.len() == original.len() && is_same(original, damaged) {
                 self.count.same += 1;
             } else {
@@ -122,6 +134,14 @@ impl Noise {
             self.rig.assert_unchanged(&self.untouched, "noise");
         }
     }
+}
+
+/// The replies among what was sent: neither events nor lists.
+fn replies(sent: &[u8]) -> Vec<Vec<u8>> {
+    sent.split(|b| *b == b'\n')
+        .filter(|line| !matches!(line, [] | [b'!' | b'~', ..]))
+        .map(<[u8]>::to_vec)
+        .collect()
 }
 
 fn is_end(byte: u8) -> bool {
@@ -138,21 +158,13 @@ fn code(reply: &[u8]) -> Option<&[u8]> {
 fn is_stop(line: &[u8]) -> bool {
     let line = line.trim_ascii().to_ascii_lowercase();
     let command = match line.strip_prefix(b"@") {
-        Some(tagged) => tagged.trim_ascii_start_matches_digits(),
+        Some(tagged) => {
+            let end = tagged.iter().position(|b| !b.is_ascii_digit());
+            tagged[end.unwrap_or(tagged.len())..].trim_ascii()
+        }
         None => &line,
     };
     matches!(command, b"stop" | b"estop")
-}
-
-trait Digits {
-    fn trim_ascii_start_matches_digits(&self) -> &[u8];
-}
-
-impl Digits for [u8] {
-    fn trim_ascii_start_matches_digits(&self) -> &[u8] {
-        let end = self.iter().position(|b| !b.is_ascii_digit());
-        self[end.unwrap_or(self.len())..].trim_ascii()
-    }
 }
 
 /// Lines, with their LF, that differ in nothing but the case of the check's letters.
@@ -179,9 +191,9 @@ fn sent() -> Vec<Vec<u8>> {
     LINES.iter().enumerate().map(cased).collect()
 }
 
-fn how_many() -> u64 {
+fn how_many(usually: u64) -> u64 {
     let asked = std::env::var("NOISE_LINES").ok();
-    asked.map_or(1_000_000, |n| n.parse().expect("a number of lines"))
+    asked.map_or(usually, |n| n.parse().expect("a number of lines"))
 }
 
 #[test]
@@ -217,8 +229,8 @@ fn every_one_and_every_two_flips_of_every_line_are_noticed() {
     }
     let count = noise.count;
     println!("{count:?}");
-    assert_eq!((count.passed, count.obeyed), (0, 0));
-    assert!(count.sent > 600_000);
+    assert_never(&count);
+    assert!(count.sent > 400_000);
 }
 
 /// What one flip in a hex digit may do to its value: 'B' and 'C' are one flip from each other, and three bits.
@@ -262,12 +274,12 @@ fn no_two_flips_pass_in_a_line_of_any_length() {
     assert_eq!(changes_of_a_digit(), [0, 1, 2, 3, 4, 6, 7, 8]);
 }
 
-fn storm(seed: u64, most: usize, least: usize) -> Count {
+fn storm(seed: u64, least: usize, most: usize) -> Count {
     let lines = sent();
     let mut random = Random(seed);
     let mut noise = Noise::new();
     let mut damaged = Vec::new();
-    for _ in 0..how_many() {
+    for _ in 0..how_many(5_000_000) {
         let line = &lines[random.below(lines.len())];
         damaged.clone_from(line);
         let flips = least + random.below(most - least + 1);
@@ -293,22 +305,31 @@ fn assert_seldom(count: &Count) {
     assert!(count.passed * 30_000 <= count.sent, "{count:?}");
 }
 
+/// None.
+fn assert_never(count: &Count) {
+    assert_eq!((count.passed, count.made_stops), (0, 0), "{count:?}");
+}
+
 #[test]
-fn of_lines_with_one_or_two_flips_none_is_obeyed() {
-    let count = storm(6, 2, 1);
-    assert_eq!((count.passed, count.obeyed), (0, 0), "{count:?}");
+fn of_lines_with_one_flip_none_is_obeyed() {
+    assert_never(&storm(5, 1, 1));
+}
+
+#[test]
+fn of_lines_with_two_flips_none_is_obeyed() {
+    assert_never(&storm(6, 2, 2));
 }
 
 #[test]
 fn of_lines_with_three_to_eight_flips_hardly_any_is_obeyed() {
-    assert_seldom(&storm(7, 8, 3));
+    assert_seldom(&storm(7, 3, 8));
 }
 
 #[test]
 fn of_random_bytes_hardly_any_are_obeyed() {
     let mut random = Random(8);
     let mut noise = Noise::new();
-    for _ in 0..how_many() {
+    for _ in 0..how_many(2_500_000) {
         let mut line: Vec<u8> = (0..random.below(40)).map(|_| random.next() as u8).collect();
         line.push(b'\n');
         noise.send(&[0; 6], &line);
@@ -321,7 +342,7 @@ fn of_random_bytes_hardly_any_are_obeyed() {
 fn of_good_commands_with_random_checks_hardly_any_are_obeyed() {
     let mut random = Random(9);
     let mut noise = Noise::new();
-    for _ in 0..how_many() {
+    for _ in 0..how_many(2_500_000) {
         let command = LINES[random.below(LINES.len())];
         let line = format!("{command}*{:04X}\n", random.next() & 0xFFFF);
         noise.send(&[0; 6], line.as_bytes());

@@ -148,6 +148,9 @@ type Motor<'a> = Servo<Pwm<'a>, Pin<'a>, Pin<'a>>;
 pub type Vehicle<'a, C> = DifferentialDrive<Encoder<'a, C>, Encoder<'a, C>, Motor<'a>, Motor<'a>>;
 
 /// A vehicle on these wheels.
+///
+/// # Panics
+/// If an output is broken already.
 pub fn vehicle<'a, C: Counter>(
     wheels: &'a [Wheel; 2],
     width: fn(u32) -> C,
@@ -237,6 +240,9 @@ impl<'a> Base<'a> {
     }
 
     /// The interpreter does what it can; true if that made a request to the controller.
+    ///
+    /// # Panics
+    /// If there are more requests than the controller takes.
     pub fn poll(&mut self) -> bool {
         self.interpreter.poll(&mut self.desk);
         let mut asked = false;

@@ -400,7 +400,7 @@ impl<'a> Words<'a, '_> {
             return false;
         }
         let age = self.number().unwrap_or(0.0);
-        if age < 0.0 || age > 1e-30 {
+        if !(0.0..=1e-30).contains(&age) {
             self.doubts.limit(age, 0.0, 1.5);
         }
         true
@@ -443,8 +443,8 @@ fn number(word: &[u8]) -> Option<f64> {
     let is_infinite = unsigned.eq_ignore_ascii_case(b"inf");
     let (mantissa, exponent) = unsigned.split_at(exponent.unwrap_or(unsigned.len()));
     let digits = mantissa.iter().filter(|b| b.is_ascii_digit()).count();
-    let points = mantissa.iter().filter(|b| **b == b'.').count();
-    let good_mantissa = digits > 0 && points <= 1 && digits + points == mantissa.len();
+    let has_point = mantissa.contains(&b'.');
+    let good_mantissa = digits > 0 && digits + usize::from(has_point) == mantissa.len();
     let good_exponent = match exponent {
         [] => true,
         [_, b'+' | b'-', rest @ ..] | [_, rest @ ..] => {

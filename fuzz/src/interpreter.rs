@@ -36,6 +36,10 @@ struct Due<'a> {
     late: Late,
 }
 
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "they are independent of each other"
+)]
 /// What is known of the base besides its snapshot, and what its client waits for.
 pub(crate) struct Session<'a> {
     pub(crate) base: Base<'a>,

@@ -11,3 +11,39 @@ pub mod lines;
 pub mod protocol;
 pub mod replies;
 pub mod tick;
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::Path;
+
+    /// Runs what is kept of a target's inputs; how many there are.
+    fn replay(target: &str, run: fn(&[u8])) -> usize {
+        let corpus = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("corpus")
+            .join(target);
+        let mut count = 0;
+        for entry in fs::read_dir(&corpus).expect("a corpus is kept") {
+            let path = entry.unwrap().path();
+            println!("{}", path.display());
+            run(&fs::read(&path).unwrap());
+            count += 1;
+        }
+        count
+    }
+
+    #[test]
+    fn kept_lines() {
+        assert!(replay("lines", crate::lines::run) > 50);
+    }
+
+    #[test]
+    fn kept_conversations() {
+        assert!(replay("interpreter", crate::interpreter::run) > 50);
+    }
+
+    #[test]
+    fn kept_ticks() {
+        assert!(replay("tick", crate::tick::run) > 50);
+    }
+}

@@ -288,8 +288,8 @@ impl Source<'_> {
 
     /// A Aᵀ of some A, or anything.
     fn covariance(&mut self) -> Matrix3<f64> {
-        let any = self.byte();
+        let any = self.byte() < 32;
         let a = Matrix3::from_iterator(self.f64s::<9>());
-        if any & 7 == 0 { a } else { a * a.transpose() }
+        if any { a } else { a * a.transpose() }
     }
 }
