@@ -28,6 +28,7 @@ mod app {
     use heapless::spsc::{Consumer, Producer, Queue};
     use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
     use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
+    use vehicle_controller::params::store::Store;
     use vehicle_controller::params::{Id, Params};
     use vehicle_controller::supervisor::{Fault, Heartbeat};
     use vehicle_controller::time::{Duration, Instant};
@@ -66,6 +67,7 @@ mod app {
         // Idle's.
         desk: Desk,
         interpreter: Interpreter,
+        store: Store<board::ParamFlash>,
         transmitter: board::Transmitter,
         leds: board::Leds,
         logged: Logged,
@@ -87,22 +89,31 @@ mod app {
         byte_queue: Queue<u8, 512> = Queue::new(),
     ])]
     fn init(ctx: init::Context) -> (Shared, Local) {
-        let params = Params::default();
-        let config = params.build(PERIOD);
-        let board = match Board::start(ctx.core, ctx.device, WATCHDOG, &config.vehicle) {
+        let defaults = Params::default();
+        let built_in = defaults.build(PERIOD).vehicle;
+        let mut board = match Board::start(ctx.core, ctx.device, WATCHDOG, &built_in) {
             Ok(board) => board,
-            Err(message) => {
-                defmt::error!("{=str}", message);
-                board::halt()
-            }
+            Err(message) => fail(message),
         };
+        let mut store = Store::open(board.flash);
+        let found = store.load_or_defaults(&defaults);
+        let config = found.params.build(PERIOD);
+        // To read what was stored may have taken some milliseconds.
+        board.watchdog.feed();
+        if let Err(message) = board.timer.start() {
+            fail(message);
+        }
         let reset_cause = board.reset_cause.name();
         defmt::info!(
             "vehicle-controller {=str}, {=str}",
             env!("CARGO_PKG_VERSION"),
             reset_cause
         );
-        let fault = (board.reset_cause == ResetCause::Watchdog).then_some(Fault::Watchdog);
+        let fault = if board.reset_cause == ResetCause::Watchdog {
+            Some(Fault::Watchdog)
+        } else {
+            found.lost.then_some(Fault::Storage)
+        };
         let vehicle = DifferentialDrive::new(
             board.left_encoder,
             board.right_encoder,
@@ -124,7 +135,7 @@ mod app {
             idle_alive: AtomicBool::new(true),
         };
         let local = Local {
-            desk: Interface::new(controller.snapshot(), params.limits()),
+            desk: Interface::new(controller.snapshot(), found.params.limits()),
             controller,
             sensors: board.sensors,
             timer: board.timer,
@@ -136,10 +147,11 @@ mod app {
             snapshots,
             receiver: board.receiver,
             inbox: Inbox::new(received),
-            interpreter: Interpreter::new(identity, params),
+            interpreter: Interpreter::with_storage(identity, &defaults, &found),
+            store,
             transmitter: board.transmitter,
             leds: board.leds,
-            logged: Logged { params },
+            logged: Logged { params: defaults },
             to_controller,
             from_controller,
             known,
@@ -184,12 +196,13 @@ mod app {
     }
 
     #[idle(shared = [&idle_alive],
-        local = [desk, interpreter, transmitter, leds, logged, to_controller, from_controller, known, bytes])]
+        local = [desk, interpreter, store, transmitter, leds, logged, to_controller, from_controller, known, bytes])]
     #[inline(never)]
     fn idle(ctx: idle::Context) -> ! {
         let idle::LocalResources {
             desk,
             interpreter,
+            store,
             transmitter,
             leds,
             logged,
@@ -219,6 +232,7 @@ mod app {
             }
             desk.work();
             interpreter.poll(desk);
+            interpreter.attend(store, desk);
             to_controller.send_with(|request| {
                 *request = desk.take_request();
                 request.is_some()
@@ -226,6 +240,12 @@ mod app {
             interpreter.transmit_to(transmitter);
             logged.tell_changes(interpreter.params());
         }
+    }
+
+    /// Nothing can be started: with the motors off until the watchdog tries again.
+    fn fail(message: &str) -> ! {
+        defmt::error!("{=str}", message);
+        board::halt()
     }
 
     impl Logged {

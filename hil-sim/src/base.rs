@@ -30,6 +30,12 @@ pub trait Base {
     /// If the simulation cannot go on.
     fn set_estop(&mut self, open: bool) -> Result<()>;
 
+    /// Power fails after so many further bytes written to the flash of the parameters, or milliseconds of an erase of it; the base then starts anew.
+    ///
+    /// # Errors
+    /// If the simulation cannot go on.
+    fn cut_flash(&mut self, bytes: u64) -> Result<()>;
+
     /// The simulated time.
     fn now(&self) -> Instant;
 
@@ -78,6 +84,11 @@ impl Base for Rig {
 
     fn set_estop(&mut self, open: bool) -> Result<()> {
         Rig::set_estop(self, open);
+        Ok(())
+    }
+
+    fn cut_flash(&mut self, bytes: u64) -> Result<()> {
+        Rig::cut_flash(self, bytes);
         Ok(())
     }
 

@@ -1,5 +1,9 @@
 //! Fakes of the peripherals: they implement the traits that the real ones implement, and meet the plant on shared wires.
 
+mod flash;
+
+pub use flash::{FakeFlash, FlashError, Wear};
+
 use crate::plant::BridgeInput;
 use embedded_hal::digital::{ErrorType as PinErrorType, OutputPin};
 use embedded_hal::pwm::{ErrorType as PwmErrorType, SetDutyCycle};

@@ -1,7 +1,7 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
 use crate::peripherals::{
-    CURRENT_SENSITIVITY, CURRENT_ZERO, FakeDrive, FakeQei, FakeSerial, Wires, converted,
+    CURRENT_SENSITIVITY, CURRENT_ZERO, FakeDrive, FakeFlash, FakeQei, FakeSerial, Wires, converted,
 };
 use crate::plant::{Command, Input, Plant, Push};
 use crate::robot::{Model, Robot};
@@ -11,6 +11,8 @@ use std::rc::Rc;
 use vehicle_controller::controller::{Controller, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
 use vehicle_controller::params::Params;
+use vehicle_controller::params::store::Store;
+use vehicle_controller::supervisor::Fault;
 use vehicle_controller::time::{self, Duration, Instant};
 use vehicle_controller::vehicle::DifferentialDrive;
 
@@ -21,18 +23,27 @@ pub type Vehicle = DifferentialDrive<FakeQei, FakeQei, FakeDrive, FakeDrive>;
 pub const PERIOD: Duration = Duration::millis(1);
 /// Plant steps in a period.
 pub const SUBSTEPS: u32 = 4;
+/// How long an erase of the parameters' flash takes, in periods.
+const ERASE_PERIODS: u64 = 250;
+/// Words of it that are written in a period, at most: idle comes around every few tens of microseconds.
+const STORE_STEPS: u32 = 16;
+
 /// A simulated base, complete.
 #[derive(Debug)]
 pub struct Rig {
     plant: Plant,
     wires: [Rc<Wires>; 2],
+    robot: Robot,
     ideal: bool,
     /// None if the battery is not measured.
     battery_divider: Option<f64>,
     controller: Controller<Vehicle>,
     desk: Desk,
     interpreter: Interpreter,
+    store: Store<FakeFlash>,
     now: Instant,
+    /// When the controller was powered up: its own time begins there.
+    powered_up: Instant,
     push: Push,
     push_until: Instant,
     estop: bool,
@@ -63,42 +74,81 @@ pub fn vehicle(wires: &[Rc<Wires>; 2], robot: &Robot, params: &Params) -> Result
 }
 
 impl Rig {
-    /// Powers a robot up. The same robot and seed give the same run, bit for bit.
+    /// Powers a robot up, with nothing stored: its parameters are its defaults. The same robot and seed give the same run, bit for bit.
     ///
     /// # Errors
     /// None: the fakes never refuse.
     pub fn new(robot: &Robot, seed: u64) -> Result<Self> {
+        Self::with_flash(robot, seed, FakeFlash::new(seed, ERASE_PERIODS))
+    }
+
+    /// The same with this in the flash of its parameters.
+    ///
+    /// # Errors
+    /// None: the fakes never refuse.
+    pub fn with_flash(robot: &Robot, seed: u64, flash: FakeFlash) -> Result<Self> {
         let plant = Plant::new(&robot.physics, seed);
         let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
         for (wires, count) in wires.iter().zip(plant.counts()) {
             wires.edges.set(count);
         }
-        let vehicle = vehicle(&wires, robot, &robot.params)?;
-        let mut controller = Controller::new(vehicle, robot.params.build(PERIOD), None);
         let now = Instant::from_ticks(0);
         let ideal = robot.model == Model::Ideal;
         let battery_divider = (!ideal).then_some(robot.physics.battery.divider);
-        controller.tick(now, &convert(&plant, battery_divider));
-        let desk = Interface::new(controller.snapshot(), robot.params.limits());
-        let identity = Identity {
-            target: "hil-sim",
-            reset_cause: "power-on",
-            period: PERIOD,
-        };
+        let inputs = convert(&plant, battery_divider);
+        let Booted {
+            controller,
+            desk,
+            interpreter,
+            store,
+        } = boot(robot, &wires, &inputs, flash)?;
         Ok(Self {
             plant,
             wires,
+            robot: robot.clone(),
             ideal,
             battery_divider,
             controller,
             desk,
-            interpreter: Interpreter::new(identity, robot.params),
+            interpreter,
+            store,
             now,
+            powered_up: now,
             push: Push::default(),
             push_until: now,
             estop: false,
             serial: FakeSerial::default(),
         })
+    }
+
+    /// Power fails and comes back: all begins anew but the flash, the plant and what is on the wires to the base.
+    ///
+    /// # Errors
+    /// None: the fakes never refuse.
+    pub fn power_cycle(&mut self) -> Result<()> {
+        let mut flash = self.store.flash().clone();
+        flash.power_on();
+        let inputs = Inputs {
+            estop_open: self.estop,
+            ..convert(&self.plant, self.battery_divider)
+        };
+        let booted = boot(&self.robot, &self.wires, &inputs, flash)?;
+        self.controller = booted.controller;
+        self.desk = booted.desk;
+        self.interpreter = booted.interpreter;
+        self.store = booted.store;
+        self.powered_up = self.now;
+        Ok(())
+    }
+
+    /// Power fails after so many further bytes written to the flash of the parameters, or milliseconds of an erase of it; the base then starts anew.
+    pub fn cut_flash(&mut self, bytes: u64) {
+        self.store.flash_mut().cut_after(bytes);
+    }
+
+    /// The flash of the parameters.
+    pub fn flash(&self) -> &FakeFlash {
+        self.store.flash()
     }
 
     /// Puts bytes on the line to the base; they arrive at 115 200 baud.
@@ -161,13 +211,30 @@ impl Rig {
             estop_open: self.estop,
             ..analog
         };
-        for event in self.controller.tick(self.now, &inputs) {
+        let since_power_up = time::since(self.now, self.powered_up);
+        let time = time::after(Instant::from_ticks(0), since_power_up);
+        for event in self.controller.tick(time, &inputs) {
             self.interpreter.notify(*event);
         }
         self.desk.update(self.controller.snapshot());
         while self.desk.work() {}
         self.interpret();
         self.interpreter.transmit_to(&mut self.serial);
+        self.attend();
+    }
+
+    /// Idle does what time there is for.
+    fn attend(&mut self) {
+        for _ in 0..STORE_STEPS {
+            self.interpreter.attend(&mut self.store, &mut self.desk);
+            if self.store.flash().is_off() {
+                // The fakes never refuse.
+                let _ = self.power_cycle();
+            }
+            if self.store.flash().is_erasing() {
+                break;
+            }
+        }
     }
 
     fn advance_plant(&mut self) {
@@ -210,7 +277,7 @@ impl Rig {
         let [left, right] = &snapshot.wheels;
         let [left_current, right_current] = self.plant.current();
         Row {
-            t: snapshot.time.ticks() as f64 * 1e-6,
+            t: self.now.ticks() as f64 * 1e-6,
             true_x,
             true_y,
             true_theta,
@@ -248,6 +315,41 @@ impl Rig {
                 .to_owned(),
         }
     }
+}
+
+/// What starts with the power.
+struct Booted {
+    controller: Controller<Vehicle>,
+    desk: Desk,
+    interpreter: Interpreter,
+    store: Store<FakeFlash>,
+}
+
+/// What the firmware does from power-on to its first tick.
+fn boot(
+    robot: &Robot,
+    wires: &[Rc<Wires>; 2],
+    inputs: &Inputs,
+    flash: FakeFlash,
+) -> Result<Booted> {
+    let mut store = Store::open(flash);
+    let found = store.load_or_defaults(&robot.params);
+    let params = &found.params;
+    let vehicle = vehicle(wires, robot, params)?;
+    let fault = found.lost.then_some(Fault::Storage);
+    let mut controller = Controller::new(vehicle, params.build(PERIOD), fault);
+    controller.tick(Instant::from_ticks(0), inputs);
+    let identity = Identity {
+        target: "hil-sim",
+        reset_cause: "power-on",
+        period: PERIOD,
+    };
+    Ok(Booted {
+        desk: Interface::new(controller.snapshot(), params.limits()),
+        controller,
+        interpreter: Interpreter::with_storage(identity, &robot.params, &found),
+        store,
+    })
 }
 
 /// What the converter makes of the analog inputs. Nobody measures the battery of an ideal robot.

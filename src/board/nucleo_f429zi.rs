@@ -14,9 +14,11 @@
 //! | serial | PD8, PD9 | ST-LINK's USB | USART3, 115 200 baud |
 
 mod fault;
+mod flash;
 mod sensors;
 
 pub use fault::halt;
+pub use flash::ParamFlash;
 pub use sensors::Sensors;
 
 use super::ResetCause;
@@ -50,7 +52,7 @@ const HSE_PATIENCE: u32 = 16_000;
 /// Encoder inputs must be stable for six samples of the timer's clock / 8 (84 MHz / 8): 0.57 µs, which passes edges up to some 800 kHz.
 const ENCODER_FILTER: u8 = 0b1000;
 
-/// The board, with everything on it running and the motors off.
+/// The board, with everything on it running but the tick, and the motors off.
 pub struct Board {
     pub reset_cause: ResetCause,
     pub left_encoder: Qei<pac::TIM3>,
@@ -58,6 +60,7 @@ pub struct Board {
     pub left_motor: LeftMotor,
     pub right_motor: RightMotor,
     pub sensors: Sensors,
+    pub flash: ParamFlash,
     pub leds: Leds,
     pub watchdog: Watchdog,
     pub clock: Clock,
@@ -150,11 +153,6 @@ impl Board {
         core.DWT.enable_cycle_counter();
         // The converter is awake by now, and done before the first tick.
         sensors.convert();
-        let mut timer = device.TIM5.counter_hz(&mut rcc);
-        timer
-            .start(1.kHz())
-            .map_err(|_| "the tick's timer refused its rate")?;
-        timer.listen(timer::Event::Update);
         Ok(Self {
             reset_cause,
             left_encoder,
@@ -169,7 +167,8 @@ impl Board {
             },
             watchdog,
             clock: Clock(time::CycleClock::new(DWT::cycle_count())),
-            timer: Ticker(timer),
+            timer: Ticker(device.TIM5.counter_hz(&mut rcc)),
+            flash: ParamFlash::new(device.FLASH),
             receiver,
             transmitter,
         })
@@ -304,6 +303,18 @@ impl Clock {
 pub struct Ticker(CounterHz<pac::TIM5>);
 
 impl Ticker {
+    /// Begins to tick.
+    ///
+    /// # Errors
+    /// A message if the timer refuses.
+    pub fn start(&mut self) -> Result<(), &'static str> {
+        self.0
+            .start(1.kHz())
+            .map_err(|_| "the tick's timer refused its rate")?;
+        self.0.listen(timer::Event::Update);
+        Ok(())
+    }
+
     /// Clears the interrupt's request.
     pub fn acknowledge(&mut self) {
         self.0.clear_flags(timer::Flag::Update);

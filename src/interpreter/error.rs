@@ -3,6 +3,7 @@
 use super::text::Text;
 use crate::controller::{CorrectionError, Refusal};
 use crate::params::ParamError;
+use crate::params::store::StoreError;
 use crate::supervisor::Fault;
 
 /// A refusal.
@@ -45,6 +46,8 @@ pub enum Error {
     NotPsd,
     /// No storage.
     Storage,
+    /// The storage has failed, or has nothing.
+    Store(StoreError),
 }
 
 impl Error {
@@ -105,6 +108,9 @@ impl Error {
             }
             Self::Storage => {
                 text.str("storage this base has no parameter storage");
+            }
+            Self::Store(error) => {
+                text.str("storage ").str(error.text());
             }
         }
     }

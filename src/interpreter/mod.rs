@@ -11,6 +11,7 @@ mod line;
 pub mod number;
 mod reply;
 mod serial;
+mod storage;
 mod telemetry;
 mod text;
 
@@ -27,6 +28,7 @@ use heapless::Deque;
 use keyword::Keyword;
 use line::Reader;
 use number::Sink;
+use storage::{Errand, Stage, Storage};
 use telemetry::Stream;
 use text::Text;
 
@@ -88,6 +90,9 @@ pub struct Interpreter {
     late: Deque<Late, MAX_LATE>,
     /// An EStop has come, and is obeyed before anything else.
     emergency: bool,
+    /// A Stop has come. It is obeyed in its turn, and at once if what is before it has to wait for the flash.
+    halt: bool,
+    storage: Storage,
     events: Deque<Event, 16>,
     output: Deque<u8, OUTPUT>,
     stream: Stream,
@@ -104,25 +109,30 @@ impl Interpreter {
     /// An interpreter for a base with the given parameters, which are also what ResetParams returns to.
     #[must_use]
     pub fn new(identity: Identity, params: Params) -> Self {
-        let mut interpreter = Self {
+        Self::begin(identity, &params, &params, Storage::default())
+    }
+
+    fn begin(identity: Identity, defaults: &Params, params: &Params, storage: Storage) -> Self {
+        let [last_move, last_turn] = motion_defaults(params);
+        Self {
             identity,
-            params,
-            defaults: params,
+            params: *params,
+            defaults: *defaults,
             reader: Reader::default(),
             waiting: Deque::new(),
             late: Deque::new(),
             emergency: false,
+            halt: false,
+            storage,
             events: Deque::new(),
             output: Deque::new(),
             stream: Stream::default(),
             listing: None,
             boot_told: false,
-            last_move: NOWHERE,
-            last_turn: NOWHERE,
+            last_move,
+            last_turn,
             given: [[false; 2]; 2],
-        };
-        interpreter.take_motion_defaults();
-        interpreter
+        }
     }
 
     /// The parameters in force.
@@ -153,6 +163,7 @@ impl Interpreter {
             _ => None,
         };
         self.emergency |= stops == Some(Keyword::EStop);
+        self.halt |= stops == Some(Keyword::Stop);
         if self.late.is_empty() && self.waiting.len() < MAX_UNANSWERED {
             // There is room: fewer than four wait, and none is late.
             let _ = self.waiting.push_back(Waiting { address, command });
@@ -194,10 +205,20 @@ impl Interpreter {
         if core::mem::take(&mut self.emergency) {
             desk.emergency_stop();
         }
+        if self.halt {
+            self.halt = self.storage.errand.is_some() && desk.stop().is_err();
+        }
         if !self.boot_told && self.has_room() {
             self.boot_told = true;
             let mut text = Text::default();
             text.str("! boot").word(self.identity.reset_cause);
+            self.send(text);
+        }
+        while self.has_room()
+            && let Some(fallback) = self.storage.fallbacks.take()
+        {
+            let mut text = Text::default();
+            reply::fallback(&mut text, fallback);
             self.send(text);
         }
         while self.has_room()
@@ -227,6 +248,24 @@ impl Interpreter {
             }
             return true;
         }
+        if let Some(Errand {
+            stage,
+            address,
+            check,
+        }) = self.storage.errand
+        {
+            let Stage::Done(result) = stage else {
+                return false;
+            };
+            self.storage.errand = None;
+            let mut text = begin(address);
+            match result {
+                Ok(()) => drop(text.str("OK")),
+                Err(error) => error.write(&mut text),
+            }
+            self.send_with(text, check);
+            return true;
+        }
         let corrects = |waiting: &Waiting| {
             matches!(
                 waiting.command,
@@ -244,6 +283,10 @@ impl Interpreter {
             let done = self
                 .admit(address, command)
                 .and_then(|command| self.execute(desk, &command, &mut text));
+            if let Some(errand) = &mut self.storage.errand {
+                (errand.address, errand.check) = (address, check);
+                return true;
+            }
             if let Err(error) = done {
                 text = begin(address);
                 error.write(&mut text);
@@ -334,7 +377,7 @@ impl Interpreter {
                 let mut params = self.params;
                 params.set(id, value).map_err(refuse_param)?;
                 let geometry = matches!(id.spec().kind, Kind::Geometry | Kind::Wiring);
-                self.take_params(desk, params, geometry)?;
+                self.take_params(desk, &params, geometry)?;
             }
             Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
         }
@@ -367,8 +410,8 @@ impl Interpreter {
                 text.str("Params").integer(Id::COUNT as i64);
                 self.listing = Some(0);
             }
-            Keyword::SaveParams if desk.snapshot().is_moving() => return Err(Error::Moving),
-            Keyword::SaveParams | Keyword::LoadParams => return Err(Error::Storage),
+            Keyword::SaveParams => return self.send_to_store(Stage::Save, desk),
+            Keyword::LoadParams => return self.send_to_store(Stage::Load, desk),
             _ => {
                 self.act(desk, keyword)?;
                 text.str("OK");
@@ -388,7 +431,7 @@ impl Interpreter {
             Keyword::ClearFault => desk.clear_fault().map_err(refuse),
             Keyword::Enable => desk.enable().map_err(refuse),
             Keyword::Disable => desk.disable().map_err(refuse),
-            Keyword::ResetParams => self.take_params(desk, self.defaults, true),
+            Keyword::ResetParams => self.take_params(desk, &{ self.defaults }, true),
             // Those with parameters never come here: they are commands of their own.
             _ => Err(Error::Syntax("unknown command, try Help")),
         }
@@ -397,36 +440,28 @@ impl Interpreter {
     fn take_params(
         &mut self,
         desk: &mut Desk,
-        params: Params,
+        params: &Params,
         geometry: bool,
     ) -> Result<(), Error> {
         let config = params.build(self.identity.period);
         desk.configure(config, params.limits(), geometry)
             .map_err(refuse)?;
-        self.params = params;
+        self.params = *params;
         self.take_motion_defaults();
         Ok(())
     }
 
     /// v and a that no command has given yet are the parameters'.
     fn take_motion_defaults(&mut self) {
-        let params = &self.params;
-        let defaults = [
-            [params.get(Id::MoveSpeed), params.get(Id::MoveAccel)],
-            [
-                radians(params.get(Id::TurnSpeed)),
-                radians(params.get(Id::TurnAccel)),
-            ],
-        ];
         let axes = [&mut self.last_move, &mut self.last_turn];
-        for ((last, given), [speed, acceleration]) in axes.into_iter().zip(self.given).zip(defaults)
-        {
+        let defaults = motion_defaults(&self.params);
+        for ((last, given), default) in axes.into_iter().zip(self.given).zip(defaults) {
             let [speed_given, acceleration_given] = given;
             if !speed_given {
-                last.speed = speed;
+                last.speed = default.speed;
             }
             if !acceleration_given {
-                last.acceleration = acceleration;
+                last.acceleration = default.acceleration;
             }
         }
     }
@@ -470,12 +505,21 @@ pub fn commands() -> impl Iterator<Item = &'static str> {
     keyword::ALL.iter().map(|entry| entry.name)
 }
 
-/// d before any command.
-const NOWHERE: AxisCommand = AxisCommand {
-    distance: 0.0,
-    speed: 0.0,
-    acceleration: 1.0,
-};
+/// Move and turn before any command.
+fn motion_defaults(params: &Params) -> [AxisCommand; 2] {
+    let nowhere = |speed, acceleration| AxisCommand {
+        distance: 0.0,
+        speed,
+        acceleration,
+    };
+    [
+        nowhere(params.get(Id::MoveSpeed), params.get(Id::MoveAccel)),
+        nowhere(
+            radians(params.get(Id::TurnSpeed)),
+            radians(params.get(Id::TurnAccel)),
+        ),
+    ]
+}
 
 /// What a command leaves out keeps its last value.
 fn complete(last: AxisCommand, args: MotionArgs) -> AxisCommand {

@@ -3,7 +3,7 @@
 use super::keyword::{ALL, Subject, TOPICS};
 use super::text::Text;
 use crate::controller::{Estimate, Event, Snapshot};
-use crate::params::{DEGREES, Id, Params};
+use crate::params::{DEGREES, Fallback, Id, Params};
 
 /// Writes a heading in degrees, wrapped to (−180, 180] after rounding to 5 decimals.
 pub fn heading(text: &mut Text, theta: f64) {
@@ -127,6 +127,15 @@ pub fn event(text: &mut Text, event: Event) {
             text.str("! fault").word(fault.name());
         }
     }
+}
+
+/// What of the stored parameters could not be used.
+pub fn fallback(text: &mut Text, fallback: Fallback) {
+    text.str("! params");
+    match fallback {
+        Fallback::Default(id) => text.word("default").word(id.spec().name),
+        Fallback::Unknown(count) => text.word("unknown").integer(i64::from(count)),
+    };
 }
 
 /// Help.

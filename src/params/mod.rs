@@ -3,8 +3,11 @@
 //! They are stored as they were written (degrees stay degrees), so that a value reads back as it was set. [`Params::build`] makes the active
 //! form, in SI and radians, once per change.
 
+mod restore;
+pub mod store;
 mod table;
 
+pub use restore::{Fallback, Fallbacks, Restored};
 pub use table::{Id, Kind, Spec};
 
 use crate::controller::{AxisConfig, Config, Limits, Noise, Sensing};
@@ -94,15 +97,10 @@ impl Params {
     pub fn set_all(&mut self, values: &[(Id, f32)]) -> Result<(), ParamError> {
         let mut changed = *self;
         for (id, value) in values {
-            let spec = id.spec();
-            let is_switch = matches!(spec.kind, Kind::Switch | Kind::Wiring);
-            let in_range = (spec.min..=spec.max).contains(value);
-            if !in_range || (is_switch && *value != 0.0 && *value != 1.0) {
+            if !id.allows(*value) {
                 return Err(ParamError::Range(*id));
             }
-            if let Some(slot) = changed.values.get_mut(*id as usize) {
-                *slot = *value;
-            }
+            changed.put(*id, *value);
         }
         for (small, large) in ORDERED {
             if changed.get(small) > changed.get(large) {
@@ -111,6 +109,13 @@ impl Params {
         }
         *self = changed;
         Ok(())
+    }
+
+    /// Sets a value that is known to be allowed.
+    fn put(&mut self, id: Id, value: f32) {
+        if let Some(slot) = self.values.get_mut(id as usize) {
+            *slot = value;
+        }
     }
 
     /// What commands may ask for, in SI and radians.
@@ -258,6 +263,17 @@ mod tests {
             Err(ParamError::Conflict(Id::MoveSpeed, Id::MaxSpeed))
         );
         assert_eq!(params, before);
+    }
+
+    #[test]
+    fn keys_are_unique_and_stay() {
+        let mut keys: std::vec::Vec<_> = Id::ALL.iter().map(|id| id.key()).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys.len(), Id::COUNT);
+        assert!(!keys.contains(&0) && !keys.contains(&u32::MAX));
+        // As zlib's crc32 has it: what is stored must still be found by later firmware.
+        assert_eq!(Id::WheelBase.key(), 0x75A4_AEF0);
     }
 
     #[test]

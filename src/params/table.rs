@@ -1,5 +1,7 @@
 //! The table of parameters: the one place where a parameter is defined.
 
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
 /// What may happen when a parameter changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -71,7 +73,32 @@ impl Id {
             .into_iter()
             .find(|id| id.spec().name.as_bytes().eq_ignore_ascii_case(name))
     }
+
+    /// What it is stored under, whatever its place in the table: the CRC-32 of its name.
+    #[must_use]
+    pub fn key(self) -> u32 {
+        KEYS.get(self as usize).copied().unwrap_or_default()
+    }
+
+    /// True if a value is one that it can have, whatever the others are.
+    #[must_use]
+    pub fn allows(self, value: f32) -> bool {
+        let spec = self.spec();
+        let is_switch = matches!(spec.kind, Kind::Switch | Kind::Wiring);
+        (spec.min..=spec.max).contains(&value) && (!is_switch || value == 0.0 || value == 1.0)
+    }
 }
+
+static KEYS: [u32; Id::COUNT] = {
+    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    let mut keys = [0; Id::COUNT];
+    let mut at = 0;
+    while at < Id::COUNT {
+        keys[at] = crc.checksum(Id::ALL[at].spec().name.as_bytes());
+        at += 1;
+    }
+    keys
+};
 
 parameters! {
     /// Distance of the wheels' contacts.

@@ -14,6 +14,8 @@ pub enum Fault {
     Output,
     /// The watchdog had to reset the controller.
     Watchdog,
+    /// Parameters were stored, and none of the sets can be read: the base has its defaults.
+    Storage,
 }
 
 impl Fault {
@@ -24,6 +26,7 @@ impl Fault {
             Self::Estop => "estop",
             Self::Output => "output",
             Self::Watchdog => "watchdog",
+            Self::Storage => "storage",
         }
     }
 }

@@ -113,7 +113,7 @@ fn fault(view: &View<'_>) -> Result<&'static str> {
         return Ok("none");
     };
     let name = fault.name()?;
-    let known = [Fault::Estop, Fault::Output, Fault::Watchdog];
+    let known = [Fault::Estop, Fault::Output, Fault::Watchdog, Fault::Storage];
     let same = known.into_iter().find(|known| format!("{known:?}") == name);
     match same {
         Some(fault) => Ok(fault.name()),
