@@ -4,12 +4,14 @@
 //! input fails alone.
 
 pub mod base;
+pub mod flash;
 pub mod grammar;
 pub mod interpreter;
 pub mod invariant;
 pub mod lines;
 pub mod protocol;
 pub mod replies;
+pub mod store;
 pub mod tick;
 
 #[cfg(test)]
@@ -40,6 +42,11 @@ mod tests {
     #[test]
     fn kept_conversations() {
         assert!(replay("interpreter", crate::interpreter::run) > 50);
+    }
+
+    #[test]
+    fn kept_saves() {
+        assert!(replay("store", crate::store::run) > 20);
     }
 
     #[test]

@@ -14,7 +14,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::run::{Outcome, Session, capture};
 
 /// All targets.
-pub const TARGETS: [&str; 3] = ["lines", "interpreter", "tick"];
+pub const TARGETS: [&str; 4] = ["lines", "interpreter", "tick", "store"];
 
 /// Edges with counters, seen by libFuzzer.
 const INSTRUMENTATION: &str = "-C passes=sancov-module -C llvm-args=-sanitizer-coverage-level=3 \
