@@ -21,15 +21,19 @@ mod tests {
 
     /// Runs what is kept of a target's inputs; how many there are.
     fn replay(target: &str, run: fn(&[u8])) -> usize {
-        let corpus = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("corpus")
-            .join(target);
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         let mut count = 0;
-        for entry in fs::read_dir(&corpus).expect("a corpus is kept") {
-            let path = entry.unwrap().path();
-            println!("{}", path.display());
-            run(&fs::read(&path).unwrap());
-            count += 1;
+        for kind in ["seeds", "corpus"] {
+            // Not every target has seeds.
+            for entry in fs::read_dir(here.join(kind).join(target))
+                .into_iter()
+                .flatten()
+            {
+                let path = entry.unwrap().path();
+                println!("{}", path.display());
+                run(&fs::read(&path).unwrap());
+                count += 1;
+            }
         }
         count
     }

@@ -116,8 +116,10 @@ struct Fuzzer<'a> {
     program: PathBuf,
     /// Inputs of this run and earlier ones.
     found: PathBuf,
-    /// Inputs that the repository keeps.
+    /// Inputs that the repository keeps: what fuzzing found …
     kept: PathBuf,
+    /// … and what people wrote, which nothing takes away.
+    seeds: PathBuf,
     /// Inputs that fail.
     failures: PathBuf,
 }
@@ -130,13 +132,14 @@ impl<'a> Fuzzer<'a> {
             program: programs.join(target),
             found: session.root.join("target/fuzz/found").join(target),
             kept: session.root.join("fuzz/corpus").join(target),
+            seeds: session.root.join("fuzz/seeds").join(target),
             failures: session.root.join("target/fuzz/failures"),
         };
         // What an earlier run found is no part of this one: the same seed does the same.
         if fuzzer.found.exists() {
             fs::remove_dir_all(&fuzzer.found)?;
         }
-        for directory in [&fuzzer.found, &fuzzer.kept, &fuzzer.failures] {
+        for directory in [&fuzzer.found, &fuzzer.kept, &fuzzer.seeds, &fuzzer.failures] {
             fs::create_dir_all(directory)
                 .with_context(|| format!("cannot create {}", directory.display()))?;
         }
@@ -168,7 +171,9 @@ impl<'a> Fuzzer<'a> {
             "-print_funcs=0",
             "-print_final_stats=1",
         ]);
-        command.args([&artifacts]).args([&self.found, &self.kept]);
+        command
+            .args([&artifacts])
+            .args([&self.found, &self.kept, &self.seeds]);
         println!("{}: {}", self.target, limit.trim_start_matches('-'));
         let report = follow(&mut command)?;
         println!(
