@@ -48,6 +48,12 @@ pub(super) struct Readings {
     pub(super) estop: bool,
 }
 
+/// Volts or amperes that a sensor may well mean: not NaN, and no more than any robot has, so that nothing computed from them overflows.
+fn is_plausible(reading: f32) -> bool {
+    const MOST: f32 = 1e6;
+    reading.abs() <= MOST
+}
+
 impl Readings {
     pub(super) fn new(sensing: &Sensing) -> Self {
         Self {
@@ -60,12 +66,12 @@ impl Readings {
 
     /// Takes in what the board measured in a cycle of `period` seconds.
     pub(super) fn update(&mut self, sensing: &Sensing, inputs: &Inputs, period: f32) {
-        let measured = match inputs.battery {
-            Some(volts) if volts.is_finite() && sensing.battery_divider > 0.0 => {
-                volts * sensing.battery_divider
-            }
-            _ => sensing.nominal_supply,
-        };
+        let measured = inputs
+            .battery
+            .filter(|_| sensing.battery_divider > 0.0)
+            .map(|volts| volts * sensing.battery_divider)
+            .filter(|volts| is_plausible(*volts))
+            .unwrap_or(sensing.nominal_supply);
         self.supply += (measured - self.supply) * period / (SUPPLY_FILTER + period);
         self.usable = if self.supply < SUPPLY_FLOOR * sensing.nominal_supply {
             sensing.nominal_supply
@@ -76,7 +82,7 @@ impl Readings {
             let current = |volts: f32| (volts - sensing.current_zero) * sensing.current_scale;
             inputs
                 .currents
-                .map(|volts| volts.filter(|volts| volts.is_finite()).map(current))
+                .map(|volts| volts.map(current).filter(|amperes| is_plausible(*amperes)))
         } else {
             [None; 2]
         };
@@ -132,6 +138,20 @@ mod tests {
                 ..Inputs::default()
             };
             assert_eq!(settled(&SENSING, &inputs).usable, 12.0);
+        }
+    }
+
+    #[test]
+    fn what_no_sensor_means_is_not_taken_for_a_number() {
+        for volts in [f32::NAN, f32::INFINITY, f32::MAX, f32::MIN] {
+            let inputs = Inputs {
+                battery: Some(volts),
+                currents: [Some(volts), Some(1.65)],
+                ..Inputs::default()
+            };
+            let readings = settled(&SENSING, &inputs);
+            assert_eq!(readings.supply, SENSING.nominal_supply, "{volts}");
+            assert_eq!(readings.currents, [None, Some(0.0)], "{volts}");
         }
     }
 

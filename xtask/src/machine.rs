@@ -47,6 +47,16 @@ pub const PYTHON: Need = Need {
     get: "apt install python3-venv, or https://www.python.org",
 };
 
+pub const CXX: Need = Need {
+    name: "a C++ compiler",
+    present: |session| {
+        let compiler = std::env::var_os("CXX").unwrap_or_else(|| "c++".into());
+        cfg!(unix) && succeeds(session.command(compiler, ["--version"]), PROBE)
+    },
+    without: "nothing is fuzzed; the kept inputs run among the tests",
+    get: "apt install g++",
+};
+
 pub const BASH: Need = Need {
     name: "bash",
     present: |session| succeeds(session.command("bash", ["-c", ":"]), PROBE),
@@ -61,7 +71,7 @@ pub const LOGS: Need = Need {
     get: "put them into ../shared/data, or set VEHICLE_CONTROLLER_SHARED to their folder",
 };
 
-const NEEDS: [&Need; 5] = [&NEXTEST, &FIRMWARE_TARGET, &PYTHON, &BASH, &LOGS];
+const NEEDS: [&Need; 6] = [&NEXTEST, &FIRMWARE_TARGET, &CXX, &PYTHON, &BASH, &LOGS];
 
 /// Python 3 goes by another name on Windows.
 pub const PYTHON3: &str = if cfg!(windows) { "python" } else { "python3" };

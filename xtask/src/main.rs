@@ -1,6 +1,7 @@
 //! The project's chores: `cargo xtask test` is the whole verification, `cargo firmware` builds the image.
 
 mod diff;
+mod fuzz;
 mod image;
 mod machine;
 mod pyserial;
@@ -66,6 +67,8 @@ enum Chore {
         #[command(flatten)]
         which: Which,
     },
+    /// Feed the library inputs that coverage leads to, and see that it keeps its promises
+    Fuzz(fuzz::Options),
 }
 
 fn main() -> ExitCode {
@@ -81,6 +84,7 @@ fn main() -> ExitCode {
             artificial: true, ..
         } => finished(image::artificial_panic(&session)),
         Chore::Panics { which, .. } => told(&image::panics(&session, which)),
+        Chore::Fuzz(options) => finished(fuzz::run(&session, &options)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
             finished(readme::check(&session, &file))

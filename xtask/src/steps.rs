@@ -6,9 +6,9 @@ use anyhow::Result;
 
 use crate::image::toolchain::{self, Toolchain};
 use crate::image::{self, Which};
-use crate::machine::{BASH, FIRMWARE_TARGET, LOGS, Machine, NEXTEST, Need, PYTHON};
+use crate::machine::{BASH, CXX, FIRMWARE_TARGET, LOGS, Machine, NEXTEST, Need, PYTHON};
 use crate::run::{Outcome, Session};
-use crate::{pyserial, readme};
+use crate::{fuzz, pyserial, readme};
 
 /// In this order: a later step finds the environment that an earlier one has set.
 const STEPS: &[Step] = &[
@@ -24,6 +24,11 @@ const STEPS: &[Step] = &[
     ),
     call("lints of the firmware", firmware_lints).needs(&FIRMWARE_TARGET),
     cargo("documentation", "doc --workspace --no-deps").env("RUSTDOCFLAGS", "-D warnings"),
+    cargo(
+        "lints of the fuzzers",
+        "clippy --package fuzz --bins --features engine -- -D warnings",
+    )
+    .needs(&CXX),
     call("external serial client", |session, _| {
         pyserial::prepare(session)
     })
@@ -40,6 +45,10 @@ const STEPS: &[Step] = &[
         "benchmarks run",
         "bench --package hil-sim --bench speed -- --test",
     ),
+    call("fuzzing", |session, _| {
+        fuzz::run(session, &fuzz::Options::usual())
+    })
+    .needs(&CXX),
     call("no_std", |session, _| {
         toolchain::run(session, "build", "--package vehicle-controller --lib")
     })

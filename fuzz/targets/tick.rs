@@ -1,0 +1,4 @@
+//! `tick` under libFuzzer.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| fuzz::tick::run(data));
