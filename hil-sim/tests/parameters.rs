@@ -220,3 +220,19 @@ fn the_defaults_of_a_base_are_its_robots() {
         assert_eq!(restored.params, robot.params);
     }
 }
+
+#[test]
+fn neither_is_done_while_the_base_moves_and_nothing_stored_is_an_error() {
+    let mut client = Client::new(rig("default"));
+    assert_eq!(client.ask("LoadParams"), "ERR storage nothing is stored");
+    assert_eq!(client.ask("m inf 0.2"), "OK");
+    client.run(300);
+    for line in ["SaveParams", "LoadParams"] {
+        assert!(client.ask(line).starts_with("ERR moving "), "{line}");
+    }
+    assert_eq!(client.rig.flash().wear().written, 0);
+    assert_eq!(client.ask("Stop"), "OK");
+    client.run(1000);
+    assert_eq!(client.ask("@3 SaveParams"), "@3 OK");
+    assert_eq!(client.ask("@4 LoadParams"), "@4 OK");
+}
