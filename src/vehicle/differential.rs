@@ -167,8 +167,9 @@ where
         let accelerations = self.config.geometry.wheel_speeds(acceleration);
         // A common factor keeps the curvature v_α / v_s.
         let fastest = larger(speeds[0].abs(), speeds[1].abs());
-        let scale = if fastest > self.config.max_wheel_speed {
-            self.config.max_wheel_speed / fastest
+        let limit = self.config.max_wheel_speed;
+        let scale = if fastest > limit {
+            limit / fastest
         } else {
             1.0
         };
