@@ -126,6 +126,7 @@ where
         }
     }
 
+    #[inline(always)]
     fn share(&self, wanted: Twist, supply: f32) -> f32 {
         let [left, right] = self.config.geometry.wheel_speeds(wanted);
         let fastest = larger(left.abs(), right.abs());

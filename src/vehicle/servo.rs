@@ -83,7 +83,7 @@ pub struct Regulator {
 
 impl Regulator {
     /// Voltage for a command; `available` is the largest voltage the bridge can give, `dt` the time until the next call.
-    #[inline]
+    #[inline(always)]
     pub fn update(
         &mut self,
         config: &Config,
