@@ -6,7 +6,7 @@ use std::convert::Infallible;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use embedded_hal_02::{Direction, Qei};
-use vehicle_controller::controller::{Config, Controller, Inputs, Interface, Snapshot};
+use vehicle_controller::controller::{Action, Config, Controller, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
 use vehicle_controller::params::Params;
 use vehicle_controller::time::{self, Duration, Instant};
@@ -193,6 +193,15 @@ pub fn defaults() -> &'static Defaults {
     &DEFAULTS
 }
 
+/// What the interpreter handed to the controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Asked {
+    /// Something is to be done.
+    pub acts: bool,
+    /// Nothing is, but somebody is there.
+    pub lives: bool,
+}
+
 /// A base as the firmware has it, without its queues.
 #[derive(Debug)]
 pub struct Base<'a> {
@@ -239,15 +248,18 @@ impl<'a> Base<'a> {
         self.desk.snapshot()
     }
 
-    /// The interpreter does what it can; true if that made a request to the controller.
+    /// The interpreter does what it can, and its requests go to the controller.
     ///
     /// # Panics
     /// If there are more requests than the controller takes.
-    pub fn poll(&mut self) -> bool {
+    pub fn poll(&mut self) -> Asked {
         self.interpreter.poll(&mut self.desk);
-        let mut asked = false;
+        let mut asked = Asked::default();
         while let Some(request) = self.desk.take_request() {
-            asked = true;
+            match request.action() {
+                Action::Live => asked.lives = true,
+                _ => asked.acts = true,
+            }
             assert!(self.controller.request(request).is_ok(), "no room");
         }
         asked

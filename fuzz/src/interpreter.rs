@@ -10,7 +10,7 @@ use vehicle_controller::params::{Id, Kind, Params};
 use vehicle_controller::supervisor::Fault;
 use vehicle_controller::time::Duration;
 
-use crate::base::{self, Base, Wheel};
+use crate::base::{self, Asked, Base, Wheel};
 use crate::grammar::{self, Ask, Codes, Doubts};
 use crate::invariant;
 use crate::protocol::{self, Damage, Line};
@@ -34,6 +34,16 @@ enum Late {
 struct Due<'a> {
     line: Line<'a>,
     late: Late,
+}
+
+/// What the base said.
+#[derive(Clone, Copy, Default)]
+struct Heard {
+    anything: bool,
+    /// A line was not refused …
+    accepted: bool,
+    /// … and changes something in the controller.
+    obeyed: bool,
 }
 
 #[allow(
@@ -188,7 +198,7 @@ impl<'a> Session<'a> {
         if self.stalled {
             self.stalled = false;
             self.stale = true;
-            while self.hear() {
+            while self.hear().anything {
                 self.work();
             }
             self.stale = false;
@@ -230,8 +240,8 @@ impl<'a> Session<'a> {
         self.poll();
     }
 
-    /// The interpreter works; true if it made a request to the controller.
-    fn work(&mut self) -> bool {
+    /// The interpreter works.
+    fn work(&mut self) -> Asked {
         self.estop_due |= core::mem::take(&mut self.estop_received);
         self.base.poll()
     }
@@ -245,12 +255,23 @@ impl<'a> Session<'a> {
             self.note_limits();
             return;
         }
-        let changed = self.hear();
+        let Heard {
+            obeyed, accepted, ..
+        } = self.hear();
         if !self.framing_only {
             assert_eq!(
-                asks,
-                changed || must_ask,
+                asks.acts,
+                obeyed || must_ask,
                 "a refused command changes nothing, an accepted one something"
+            );
+            // Whatever acts is a sign of life, too.
+            assert!(
+                if accepted {
+                    asks.lives || asks.acts
+                } else {
+                    !asks.lives
+                },
+                "an accepted line is a sign of life, and nothing else is: {asks:?}"
             );
         }
         assert!(
@@ -259,23 +280,28 @@ impl<'a> Session<'a> {
         );
     }
 
-    /// Hears what the base says; true if it obeyed a command that changes something in the controller, or, of old, if there was anything.
-    fn hear(&mut self) -> bool {
+    /// Hears what the base says.
+    fn hear(&mut self) -> Heard {
         self.received.clear();
         let mut received = core::mem::take(&mut self.received);
         received.extend(std::iter::from_fn(|| self.base.interpreter.transmit()));
         let required = self.params.is_on(Id::RequireCrc);
-        let mut changed = self.stale && !received.is_empty();
+        let mut heard = Heard {
+            anything: !received.is_empty(),
+            ..Heard::default()
+        };
         for line in replies::lines(&received) {
             let text = str::from_utf8(line).unwrap_or_default();
             if matches!(line, [b'!' | b'~', ..]) {
                 self.hear_unsolicited(text, required);
             } else {
-                changed |= self.hear_reply(text, required);
+                let reply = self.hear_reply(text, required);
+                heard.obeyed |= reply.obeyed;
+                heard.accepted |= reply.accepted;
             }
         }
         self.received = received;
-        changed
+        heard
     }
 
     fn hear_unsolicited(&mut self, line: &str, required: bool) {
@@ -300,8 +326,8 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Hears a reply; true if it tells of a request to the controller.
-    fn hear_reply(&mut self, reply: &str, required: bool) -> bool {
+    /// Hears a reply.
+    fn hear_reply(&mut self, reply: &str, required: bool) -> Heard {
         assert_eq!(self.rows, 0, "a reply within a list: {reply}");
         let Some(Due { line, late }) = self.due.pop_front() else {
             panic!("nobody asked for {reply}");
@@ -360,9 +386,13 @@ impl<'a> Session<'a> {
                 shown(&line)
             ),
         }
-        match (code, ask) {
-            (None, Some(ask)) => self.obeyed(ask, reply),
-            _ => false,
+        Heard {
+            anything: true,
+            accepted: code.is_none(),
+            obeyed: match (code, ask) {
+                (None, Some(ask)) => self.obeyed(ask, reply),
+                _ => false,
+            },
         }
     }
 
