@@ -23,6 +23,7 @@ use crate::params::{DEGREES, Id, Kind, Params, radians};
 use crate::time::Duration;
 use crate::vehicle::differential;
 use command::{Command, MotionArgs};
+use crc::Letters;
 use error::{refuse, refuse_motion, refuse_param};
 use heapless::Deque;
 use keyword::Keyword;
@@ -56,6 +57,7 @@ struct Address {
 #[derive(Clone, Copy, Debug)]
 struct Waiting {
     address: Address,
+    letters: Letters,
     command: Result<Command, Error>,
 }
 
@@ -88,6 +90,8 @@ pub struct Interpreter {
     reader: Reader,
     waiting: Deque<Waiting, MAX_UNANSWERED>,
     late: Deque<Late, MAX_LATE>,
+    /// The case that checks have had since they are required: in the other one they would hide a flipped bit in a letter.
+    letters: Letters,
     /// An EStop has come, and is obeyed before anything else.
     emergency: bool,
     /// A Stop has come. It is obeyed in its turn, and at once if what is before it has to wait for the flash.
@@ -121,6 +125,7 @@ impl Interpreter {
             reader: Reader::default(),
             waiting: Deque::new(),
             late: Deque::new(),
+            letters: Letters::default(),
             emergency: false,
             halt: false,
             storage,
@@ -166,7 +171,11 @@ impl Interpreter {
         self.halt |= stops == Some(Keyword::Stop);
         if self.late.is_empty() && self.waiting.len() < MAX_UNANSWERED {
             // There is room: fewer than four wait, and none is late.
-            let _ = self.waiting.push_back(Waiting { address, command });
+            let _ = self.waiting.push_back(Waiting {
+                address,
+                letters: frame.letters,
+                command,
+            });
         } else {
             self.remember(address, stops);
         }
@@ -276,20 +285,27 @@ impl Interpreter {
         if !desk.is_idle() || !ready {
             return false;
         }
-        if let Some(Waiting { address, command }) = self.waiting.pop_front() {
+        if let Some(waiting) = self.waiting.pop_front() {
+            let Waiting {
+                address, letters, ..
+            } = waiting;
             // Judged now, not on arrival: the line before may have changed what is required.
             let check = self.wants_check(address);
             let mut text = begin(address);
             let done = self
-                .admit(address, command)
+                .admit(waiting)
                 .and_then(|command| self.execute(desk, &command, &mut text));
             if let Some(errand) = &mut self.storage.errand {
                 (errand.address, errand.check) = (address, check);
+                self.note_letters(letters);
                 desk.sign_of_life();
                 return true;
             }
             match done {
-                Ok(()) => desk.sign_of_life(),
+                Ok(()) => {
+                    self.note_letters(letters);
+                    desk.sign_of_life();
+                }
                 Err(error) => {
                     text = begin(address);
                     error.write(&mut text);
@@ -326,15 +342,29 @@ impl Interpreter {
         address.has_check || self.params.is_on(Id::RequireCrc)
     }
 
-    /// Refuses a line without the check that is required, whatever it says; what stops the base needs none.
-    fn admit(&self, address: Address, command: Result<Command, Error>) -> Result<Command, Error> {
-        let missing = self.params.is_on(Id::RequireCrc) && !address.has_check;
+    /// Refuses a line without the check that is required, or with letters of another case, whatever it says; what stops the base needs no check.
+    fn admit(&self, waiting: Waiting) -> Result<Command, Error> {
+        let Waiting {
+            address,
+            letters,
+            command,
+        } = waiting;
+        let good = address.has_check && self.letters.with(letters).is_some();
         match command {
             Ok(Command::Plain(Keyword::Stop | Keyword::EStop))
             | Err(Error::TooLong | Error::BadByte) => command,
-            _ if missing => Err(Error::Checksum),
+            _ if !good && self.params.is_on(Id::RequireCrc) => Err(Error::Checksum),
             _ => command,
         }
+    }
+
+    /// A line was obeyed: if checks are required now, the case of its letters is the one that counts from here.
+    fn note_letters(&mut self, letters: Letters) {
+        self.letters = if self.params.is_on(Id::RequireCrc) {
+            self.letters.with(letters).unwrap_or(self.letters)
+        } else {
+            Letters::default()
+        };
     }
 
     fn execute(
