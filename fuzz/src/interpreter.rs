@@ -65,6 +65,8 @@ pub(crate) struct Session<'a> {
     /// Rows of a list that are still to come.
     rows: usize,
     params: Params,
+    /// The case of checks since they are required: upper, lower; nothing if it is not known.
+    letters: Option<[bool; 2]>,
     /// v and a that the last accepted moves and turns gave.
     given: [[Option<f64>; 2]; 2],
     /// An EStop has come, which the interpreter has not looked at yet.
@@ -122,6 +124,7 @@ impl<'a> Session<'a> {
             framing_only,
             rows: 0,
             params,
+            letters: Some([false; 2]),
             given: [[None; 2]; 2],
             estop_received: false,
             estop_due: false,
@@ -368,6 +371,14 @@ impl<'a> Session<'a> {
             };
             certain.add(Codes::CHECKSUM);
         }
+        let mixes = |letters: [bool; 2]| letters == [true; 2];
+        let counts = matches!(line.body, Ok(_) | Err(Damage::Tag)) && !stops(&line);
+        let together = self.letters.map(|letters| both(letters, line.letters));
+        if counts && required && (mixes(line.letters) || together.is_some_and(mixes)) {
+            doubts.must = Codes::CHECKSUM;
+        } else if counts && (required && together.is_none() || self.stale) {
+            doubts.may.add(Codes::CHECKSUM);
+        }
         match late {
             Late::No => {}
             Late::Yes if stops(&line) => {}
@@ -386,14 +397,40 @@ impl<'a> Session<'a> {
                 shown(&line)
             ),
         }
+        let obeyed = match (code, ask) {
+            (None, Some(ask)) => self.obeyed(ask, reply),
+            _ => false,
+        };
+        if code.is_none() {
+            self.note_letters(&line, late);
+        }
         Heard {
             anything: true,
             accepted: code.is_none(),
-            obeyed: match (code, ask) {
-                (None, Some(ask)) => self.obeyed(ask, reply),
-                _ => false,
-            },
+            obeyed,
         }
+    }
+
+    /// A line was obeyed, with this check: from here the case of its letters counts.
+    fn note_letters(&mut self, line: &Line<'_>, late: Late) {
+        if late != Late::No {
+            // What stops the base decides nothing when it comes too late, and something when not.
+            self.letters = self.letters.filter(|_| late == Late::Yes);
+            return;
+        }
+        if self.stale {
+            self.letters = None;
+            return;
+        }
+        let [upper, lower] = line.letters;
+        self.letters = match self.letters {
+            _ if !self.params.is_on(Id::RequireCrc) => Some([false; 2]),
+            Some(letters) if both(letters, line.letters) != [true; 2] => {
+                Some(both(letters, line.letters))
+            }
+            None if upper != lower && !stops(line) => Some(line.letters),
+            unchanged => unchanged,
+        };
     }
 
     /// Why a command that is well written must or may be refused now.
@@ -646,6 +683,10 @@ fn is(line: &Line<'_>, command: &[u8]) -> bool {
 /// Stop and EStop: they need no check, and are never too late.
 fn stops(line: &Line<'_>) -> bool {
     is(line, b"Stop") || is(line, b"EStop")
+}
+
+fn both(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
+    [a[0] || b[0], a[1] || b[1]]
 }
 
 /// The code of a refusal; a refusal without one is none.
