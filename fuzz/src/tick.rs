@@ -236,7 +236,8 @@ impl<'a, C: Counter> Base<'a, C> {
                 .iter()
                 .zip(v(&before))
                 .all(|(now, then)| *now <= then);
-            assert!(slower, "{snapshot:?}");
+            // With the link an axis loses nothing but a motion without an end.
+            assert!(slower || fault == Fault::Link, "{snapshot:?}");
         }
         for (axis, fastest) in [&snapshot.translation, &snapshot.rotation]
             .into_iter()
