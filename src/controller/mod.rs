@@ -371,10 +371,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         self.fault.is_none() && !self.readings.estop && self.power == Power::Enabled
     }
 
+    #[inline]
     fn fault_persists(&self) -> bool {
-        let Some(fault) = self.fault else {
-            return false;
-        };
+        self.fault.is_some_and(|fault| self.persists(fault))
+    }
+
+    #[cold]
+    fn persists(&self, fault: Fault) -> bool {
         let now = || {
             self.cycle(Elapsed {
                 seconds: 0.0,
