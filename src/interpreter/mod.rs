@@ -23,6 +23,7 @@ use crate::params::{DEGREES, Fallback, Id, Kind, Params, radians};
 use crate::time::Duration;
 use crate::vehicle::differential;
 use command::{Command, MotionArgs};
+use crc::Letters;
 use error::{refuse, refuse_motion, refuse_param};
 use heapless::Deque;
 use keyword::Keyword;
@@ -56,6 +57,7 @@ struct Address {
 #[derive(Clone, Copy, Debug)]
 struct Waiting {
     address: Address,
+    letters: Letters,
     command: Result<Command, Error>,
 }
 
@@ -88,6 +90,8 @@ pub struct Interpreter {
     reader: Reader,
     waiting: Deque<Waiting, MAX_UNANSWERED>,
     late: Deque<Late, MAX_LATE>,
+    /// The case that checks have had since they are required: in the other one they would hide a flipped bit in a letter.
+    letters: Letters,
     /// An EStop has come, and is obeyed before anything else.
     emergency: bool,
     /// A Stop has come. It is obeyed in its turn, and at once if what is before it has to wait for the flash.
@@ -121,6 +125,7 @@ impl Interpreter {
             reader: Reader::default(),
             waiting: Deque::new(),
             late: Deque::new(),
+            letters: Letters::default(),
             emergency: false,
             halt: false,
             storage,
@@ -166,7 +171,11 @@ impl Interpreter {
         self.halt |= stops == Some(Keyword::Stop);
         if self.late.is_empty() && self.waiting.len() < MAX_UNANSWERED {
             // There is room: fewer than four wait, and none is late.
-            let _ = self.waiting.push_back(Waiting { address, command });
+            let _ = self.waiting.push_back(Waiting {
+                address,
+                letters: frame.letters,
+                command,
+            });
         } else {
             self.remember(address, stops);
         }
@@ -309,18 +318,27 @@ impl Interpreter {
 
     #[inline(never)]
     fn answer_waiting(&mut self, desk: &mut Desk) {
-        let Some(Waiting { address, command }) = self.waiting.pop_front() else {
+        let Some(Waiting {
+            address,
+            letters,
+            command,
+        }) = self.waiting.pop_front()
+        else {
             return;
         };
         // Judged now, not on arrival: the line before may have changed what is required.
         let check = self.wants_check(address);
         let mut text = begin(address);
         let done = match &command {
-            Err(error) => Err(self.refusal(address, *error)),
-            Ok(command) if !self.admits(address, command) => Err(Error::Checksum),
+            Err(error @ (Error::TooLong | Error::BadByte)) => Err(*error),
+            command if !self.is_checked(address, letters) && !stops(command) => {
+                Err(Error::Checksum)
+            }
+            Err(error) => Err(*error),
             Ok(command) => self.execute(desk, command, &mut text),
         };
         if done.is_ok() {
+            self.note_letters(letters);
             desk.sign_of_life();
         }
         if let Some(errand) = &mut self.storage.errand {
@@ -359,23 +377,19 @@ impl Interpreter {
         address.has_check || self.params.is_on(Id::RequireCrc)
     }
 
-    fn lacks_check(&self, address: Address) -> bool {
-        self.params.is_on(Id::RequireCrc) && !address.has_check
+    /// Whether a line has the check that may be required, with letters of the right case.
+    fn is_checked(&self, address: Address, letters: Letters) -> bool {
+        let good = address.has_check && self.letters.with(letters).is_some();
+        good || !self.params.is_on(Id::RequireCrc)
     }
 
-    /// Whether a line has the check that is required; what stops the base needs none.
-    fn admits(&self, address: Address, command: &Command) -> bool {
-        matches!(command, Command::Plain(Keyword::Stop | Keyword::EStop))
-            || !self.lacks_check(address)
-    }
-
-    /// Why a line is refused that cannot be read: for want of a check, whatever else is wrong with it, unless it has arrived damaged.
-    fn refusal(&self, address: Address, error: Error) -> Error {
-        match error {
-            Error::TooLong | Error::BadByte => error,
-            _ if self.lacks_check(address) => Error::Checksum,
-            _ => error,
-        }
+    /// A line was obeyed: if checks are required now, the case of its letters is the one that counts from here.
+    fn note_letters(&mut self, letters: Letters) {
+        self.letters = if self.params.is_on(Id::RequireCrc) {
+            self.letters.with(letters).unwrap_or(self.letters)
+        } else {
+            Letters::default()
+        };
     }
 
     fn execute(
@@ -590,4 +604,9 @@ fn begin(address: Address) -> Text {
         text.byte(b' ');
     }
     text
+}
+
+/// What stops the base needs no check.
+fn stops(command: &Result<Command, Error>) -> bool {
+    matches!(command, Ok(Command::Plain(Keyword::Stop | Keyword::EStop)))
 }

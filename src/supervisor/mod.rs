@@ -220,11 +220,14 @@ impl Supervisor {
         if !left.is_convicted() && !right.is_convicted() {
             return None;
         }
-        let (fault, mut place) = if left.suspicion() >= right.suspicion() {
-            (left_fault?, Place::Left)
+        let (wheel, fault, mut place) = if left.suspicion() >= right.suspicion() {
+            (left, left_fault?, Place::Left)
         } else {
-            (right_fault?, Place::Right)
+            (right, right_fault?, Place::Right)
         };
+        if fault == Fault::Stall && !wheel.is_stalled() {
+            return None;
+        }
         if left_fault == right_fault {
             place = Place::Both;
         }
