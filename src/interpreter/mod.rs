@@ -19,7 +19,7 @@ pub use error::Error;
 pub use text::MAX_LINE;
 
 use crate::controller::{AxisCommand, Event, Interface, Snapshot};
-use crate::params::{DEGREES, Id, Kind, Params, radians};
+use crate::params::{DEGREES, Fallback, Id, Kind, Params, radians};
 use crate::time::Duration;
 use crate::vehicle::differential;
 use command::{Command, MotionArgs};
@@ -219,23 +219,17 @@ impl Interpreter {
         }
         if !self.boot_told && self.has_room() {
             self.boot_told = true;
-            let mut text = Text::default();
-            text.str("! boot").word(self.identity.reset_cause);
-            self.send(text);
+            self.tell_boot();
         }
         while self.has_room()
             && let Some(fallback) = self.storage.fallbacks.take()
         {
-            let mut text = Text::default();
-            reply::fallback(&mut text, fallback);
-            self.send(text);
+            self.tell_fallback(fallback);
         }
         while self.has_room()
             && let Some(event) = self.events.pop_front()
         {
-            let mut text = Text::default();
-            reply::event(&mut text, event);
-            self.send(text);
+            self.tell_event(event);
         }
         while self.has_room() && self.answer_next(desk) {}
         if self.stream.is_due(desk.snapshot().time) {
@@ -243,37 +237,37 @@ impl Interpreter {
         }
     }
 
+    // Each line is written in a function of its own, so that the deepest stack has room for one of them only.
+
+    #[inline(never)]
+    fn tell_boot(&mut self) {
+        let mut text = Text::default();
+        text.str("! boot").word(self.identity.reset_cause);
+        self.send(&mut text);
+    }
+
+    #[inline(never)]
+    fn tell_fallback(&mut self, fallback: Fallback) {
+        let mut text = Text::default();
+        reply::fallback(&mut text, fallback);
+        self.send(&mut text);
+    }
+
+    #[inline(never)]
+    fn tell_event(&mut self, event: Event) {
+        let mut text = Text::default();
+        reply::event(&mut text, event);
+        self.send(&mut text);
+    }
+
     /// Answers one line, or goes on with a list; false if there is nothing to do or the desk is not ready.
     fn answer_next(&mut self, desk: &mut Desk) -> bool {
         if let Some(next) = self.listing {
-            let mut text = Text::default();
-            match Id::ALL.get(next) {
-                Some(id) => {
-                    reply::param_row(&mut text, &self.params, *id);
-                    self.send(text);
-                    self.listing = Some(next + 1);
-                }
-                None => self.listing = None,
-            }
+            self.list(next);
             return true;
         }
-        if let Some(Errand {
-            stage,
-            address,
-            check,
-        }) = self.storage.errand
-        {
-            let Stage::Done(result) = stage else {
-                return false;
-            };
-            self.storage.errand = None;
-            let mut text = begin(address);
-            match result {
-                Ok(()) => drop(text.str("OK")),
-                Err(error) => error.write(&mut text),
-            }
-            self.send_with(text, check);
-            return true;
+        if let Some(errand) = self.storage.errand {
+            return self.answer_errand(&errand);
         }
         let corrects = |waiting: &Waiting| {
             matches!(
@@ -285,56 +279,97 @@ impl Interpreter {
         if !desk.is_idle() || !ready {
             return false;
         }
-        if let Some(waiting) = self.waiting.pop_front() {
-            let Waiting {
-                address, letters, ..
-            } = waiting;
-            // Judged now, not on arrival: the line before may have changed what is required.
-            let check = self.wants_check(address);
-            let mut text = begin(address);
-            let done = self
-                .admit(waiting)
-                .and_then(|command| self.execute(desk, &command, &mut text));
-            if let Some(errand) = &mut self.storage.errand {
-                (errand.address, errand.check) = (address, check);
-                self.note_letters(letters);
-                desk.sign_of_life();
-                return true;
-            }
-            match done {
-                Ok(()) => {
-                    self.note_letters(letters);
-                    desk.sign_of_life();
-                }
-                Err(error) => {
-                    text = begin(address);
-                    error.write(&mut text);
-                }
-            }
-            self.send_with(text, check);
+        if !self.waiting.is_empty() {
+            self.answer_waiting(desk);
             return true;
         }
-        match self.late.pop_front() {
-            Some(Late::Busy(address, count)) => {
+        if let Some(late) = self.late.pop_front() {
+            self.answer_late(desk, late);
+            return true;
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn list(&mut self, next: usize) {
+        self.listing = Id::ALL.get(next).map(|id| {
+            let mut text = Text::default();
+            reply::param_row(&mut text, &self.params, *id);
+            self.send(&mut text);
+            next + 1
+        });
+    }
+
+    /// False if the errand is not done.
+    #[inline(never)]
+    fn answer_errand(&mut self, errand: &Errand) -> bool {
+        let Stage::Done(result) = errand.stage else {
+            return false;
+        };
+        self.storage.errand = None;
+        let mut text = begin(errand.address);
+        match result {
+            Ok(()) => drop(text.str("OK")),
+            Err(error) => error.write(&mut text),
+        }
+        self.send_with(&mut text, errand.check);
+        true
+    }
+
+    #[inline(never)]
+    fn answer_waiting(&mut self, desk: &mut Desk) {
+        let Some(Waiting {
+            address,
+            letters,
+            command,
+        }) = self.waiting.pop_front()
+        else {
+            return;
+        };
+        // Judged now, not on arrival: the line before may have changed what is required.
+        let check = self.wants_check(address);
+        let mut text = begin(address);
+        let done = match &command {
+            Err(error @ (Error::TooLong | Error::BadByte)) => Err(*error),
+            command if !self.is_checked(address, letters) && !stops(command) => {
+                Err(Error::Checksum)
+            }
+            Err(error) => Err(*error),
+            Ok(command) => self.execute(desk, command, &mut text),
+        };
+        if done.is_ok() {
+            self.note_letters(letters);
+            desk.sign_of_life();
+        }
+        if let Some(errand) = &mut self.storage.errand {
+            (errand.address, errand.check) = (address, check);
+            return;
+        }
+        if let Err(error) = done {
+            text = begin(address);
+            error.write(&mut text);
+        }
+        self.send_with(&mut text, check);
+    }
+
+    #[inline(never)]
+    fn answer_late(&mut self, desk: &mut Desk, late: Late) {
+        let (Late::Busy(address, _) | Late::Stops(address, _)) = late;
+        let mut text = begin(address);
+        match late {
+            Late::Busy(_, count) => {
                 if count > 1 {
                     // There is room: it was just taken out.
                     let _ = self.late.push_front(Late::Busy(address, count - 1));
                 }
-                let mut text = begin(address);
                 Error::Busy.write(&mut text);
-                self.send_with(text, self.wants_check(address));
-                true
             }
-            Some(Late::Stops(address, keyword)) => {
-                let mut text = begin(address);
-                if let Err(error) = self.execute_plain(desk, keyword, &mut text) {
-                    error.write(&mut text);
-                }
-                self.send_with(text, self.wants_check(address));
-                true
-            }
-            None => false,
+            Late::Stops(_, keyword) => match self.execute_plain(desk, keyword, &mut text) {
+                Ok(()) => desk.sign_of_life(),
+                Err(error) => error.write(&mut text),
+            },
         }
+        self.send_with(&mut text, self.wants_check(address));
     }
 
     /// A line that came with a check is answered with one, and every line while checks are required.
@@ -342,20 +377,10 @@ impl Interpreter {
         address.has_check || self.params.is_on(Id::RequireCrc)
     }
 
-    /// Refuses a line without the check that is required, or with letters of another case, whatever it says; what stops the base needs no check.
-    fn admit(&self, waiting: Waiting) -> Result<Command, Error> {
-        let Waiting {
-            address,
-            letters,
-            command,
-        } = waiting;
+    /// Whether a line has the check that may be required, with letters of the right case.
+    fn is_checked(&self, address: Address, letters: Letters) -> bool {
         let good = address.has_check && self.letters.with(letters).is_some();
-        match command {
-            Ok(Command::Plain(Keyword::Stop | Keyword::EStop))
-            | Err(Error::TooLong | Error::BadByte) => command,
-            _ if !good && self.params.is_on(Id::RequireCrc) => Err(Error::Checksum),
-            _ => command,
-        }
+        good || !self.params.is_on(Id::RequireCrc)
     }
 
     /// A line was obeyed: if checks are required now, the case of its letters is the one that counts from here.
@@ -408,10 +433,7 @@ impl Interpreter {
                 return Ok(());
             }
             Command::SetParam(id, value) => {
-                let mut params = self.params;
-                params.set(id, value).map_err(refuse_param)?;
-                let geometry = matches!(id.spec().kind, Kind::Geometry | Kind::Wiring);
-                self.take_params(desk, &params, geometry)?;
+                self.set_param(desk, id, value)?;
             }
             Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
         }
@@ -419,6 +441,15 @@ impl Interpreter {
         Ok(())
     }
 
+    #[inline(never)]
+    fn set_param(&mut self, desk: &mut Desk, id: Id, value: f32) -> Result<(), Error> {
+        let mut params = self.params;
+        params.set(id, value).map_err(refuse_param)?;
+        let geometry = matches!(id.spec().kind, Kind::Geometry | Kind::Wiring);
+        self.take_params(desk, &params, geometry)
+    }
+
+    #[inline(never)]
     fn execute_plain(
         &mut self,
         desk: &mut Desk,
@@ -507,11 +538,12 @@ impl Interpreter {
         }
     }
 
+    #[inline(never)]
     fn tell(&mut self, snapshot: &Snapshot) {
         if self.has_room() {
             let mut text = Text::default();
             self.stream.write(&mut text, snapshot);
-            self.send(text);
+            self.send(&mut text);
         } else {
             self.stream.dropped = self.stream.dropped.saturating_add(1);
         }
@@ -521,15 +553,15 @@ impl Interpreter {
         OUTPUT - self.output.len() >= MAX_LINE + 2
     }
 
-    fn send(&mut self, text: Text) {
+    fn send(&mut self, text: &mut Text) {
         let check = self.params.is_on(Id::RequireCrc);
         self.send_with(text, check);
     }
 
-    fn send_with(&mut self, text: Text, check: bool) {
+    fn send_with(&mut self, text: &mut Text, check: bool) {
         for byte in text.finish(check) {
             // There is room: it was asked for.
-            let _ = self.output.push_back(byte);
+            let _ = self.output.push_back(*byte);
         }
     }
 }
@@ -572,4 +604,9 @@ fn begin(address: Address) -> Text {
         text.byte(b' ');
     }
     text
+}
+
+/// What stops the base needs no check.
+fn stops(command: &Result<Command, Error>) -> bool {
+    matches!(command, Ok(Command::Plain(Keyword::Stop | Keyword::EStop)))
 }
