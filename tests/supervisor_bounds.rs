@@ -1,7 +1,7 @@
 //! The supervisor alone: bounds of speed, current, supply and following, missed ticks, silence, jumps; and what its memory is made of.
 
 use vehicle_controller::supervisor::{
-    Config, Cycle, Fault, Following, MotorModel, Place, Supervisor,
+    Config, Cycle, Fault, Following, Heartbeat, MotorModel, Place, Supervisor,
 };
 use vehicle_controller::vehicle::Wheel;
 
@@ -467,4 +467,26 @@ fn a_cause_persists_as_long_as_it_is_out_of_bounds_now() {
         );
         assert_eq!(CONFIG.persists(*fault, &worst), persists, "{fault:?}");
     }
+}
+
+#[test]
+fn a_heartbeat_is_overdue_after_its_deadline_and_not_before() {
+    let mut heartbeat = Heartbeat::new(3);
+    for _ in 0..3 {
+        for _ in 0..3 {
+            assert!(heartbeat.beat(false));
+        }
+        assert!(!heartbeat.beat(false));
+        assert!(!heartbeat.beat(false));
+        assert!(heartbeat.beat(true));
+    }
+}
+
+#[test]
+fn places_have_the_protocol_s_names() {
+    let places = [Place::Base, Place::Left, Place::Right, Place::Both];
+    assert_eq!(
+        places.map(Place::name),
+        [None, Some("left"), Some("right"), Some("both")]
+    );
 }

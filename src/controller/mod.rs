@@ -30,7 +30,7 @@ pub use messages::{Action, Config, Event, Events, REQUESTS, Request, StopReason}
 pub use sensing::{Inputs, Sensing};
 pub use snapshot::{AxisSnapshot, Snapshot};
 
-use crate::math::larger;
+use crate::math::{larger, smaller};
 use crate::supervisor::{self, Fault, Place, Reaction, Supervisor};
 use crate::time::{self, Instant};
 use crate::vehicle::{Motion, Twist, VirtualVehicle};
@@ -413,11 +413,14 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             acceleration,
         };
         self.motors = Motors::Driving;
-        // A Stop on the way to Disable does not take that back, nor one for a fault's sake.
-        self.stopping = Some(match self.stopping {
-            _ if self.power == Power::Disabling => StopReason::Disable,
-            Some(StopReason::Fault) => StopReason::Fault,
-            _ => reason,
+        // A stop for a fault's sake is not taken back by another one, nor is its deadline put off; Disable is not by a Stop.
+        let for_fault = self.stopping == Some(StopReason::Fault);
+        self.stopping = Some(if for_fault || reason == StopReason::Fault {
+            StopReason::Fault
+        } else if self.power == Power::Disabling {
+            StopReason::Disable
+        } else {
+            reason
         });
         let mut ramp = 0.0;
         if translation {
@@ -433,7 +436,12 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.rotation
                 .command(&self.config.rotation, stop(acceleration));
         }
-        self.deadline = STOP_SHARE * ramp + STOP_PATIENCE;
+        let deadline = STOP_SHARE * ramp + STOP_PATIENCE;
+        self.deadline = if for_fault {
+            smaller(deadline, self.deadline)
+        } else {
+            deadline
+        };
     }
 
     fn come_to_rest(&mut self, reason: StopReason) {
@@ -465,10 +473,10 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                     self.power = Power::Disabled;
                 }
             }
-            Reaction::Stop if self.stopping != Some(StopReason::Fault) => {
-                self.stop(StopReason::Fault);
-            }
-            Reaction::Stop => {}
+            // Under way already, unless a lost link has let an axis go on.
+            Reaction::Stop
+                if self.stopping == Some(StopReason::Fault) && self.deadline.is_finite() => {}
+            Reaction::Stop => self.stop(StopReason::Fault),
         }
         self.latch(fault, place);
     }

@@ -263,7 +263,7 @@ impl Supervisor {
         for ((time, exceeds), (limit, fault)) in self.exceeded.iter_mut().zip(exceeds).zip(BOUNDS) {
             *time = larger(*time + if exceeds { cycle.dt } else { -cycle.dt }, 0.0);
             self.alert |= *time > 0.0;
-            if found.is_none() && *time > limit {
+            if exceeds && found.is_none() && *time > limit {
                 found = Some(fault);
             }
         }

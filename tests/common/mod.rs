@@ -25,6 +25,18 @@ pub(crate) struct Perfect {
     rolled: [f64; 2],
     /// The outputs refuse to be written.
     broken: std::rc::Rc<std::cell::Cell<bool>>,
+    hand: std::rc::Rc<Hand>,
+}
+
+/// What happens to a vehicle, whatever its motors do; and what they do.
+#[derive(Debug, Default)]
+pub(crate) struct Hand {
+    /// The vehicle is carried along at this speed, m/s.
+    pub(crate) carries: std::cell::Cell<Option<f32>>,
+    /// What the next increment is wrong by, m.
+    pub(crate) error: std::cell::Cell<f32>,
+    /// The motors are driven.
+    pub(crate) drives: std::cell::Cell<bool>,
 }
 
 impl Perfect {
@@ -54,13 +66,19 @@ impl VirtualVehicle for Perfect {
     }
 
     fn sense(&mut self, dt: f32) -> Motion {
+        if let Some(translation) = self.hand.carries.get() {
+            self.speed = Twist {
+                translation,
+                rotation: 0.0,
+            };
+        }
         let speeds = self.config.geometry.wheel_speeds(self.speed);
         for (rolled, speed) in self.rolled.iter_mut().zip(speeds) {
             *rolled += f64::from(speed * dt);
         }
         Motion {
             increment: Twist {
-                translation: self.speed.translation * dt,
+                translation: self.speed.translation * dt + self.hand.error.take(),
                 rotation: self.speed.rotation * dt,
             },
             speed: self.speed,
@@ -73,12 +91,14 @@ impl VirtualVehicle for Perfect {
         if self.broken.get() {
             return Err(OutputError);
         }
+        self.hand.drives.set(true);
         self.before = self.speed;
         self.speed = speed;
         Ok(())
     }
 
     fn off(&mut self) -> Result<(), OutputError> {
+        self.hand.drives.set(false);
         self.before = Twist::ZERO;
         self.speed = Twist::ZERO;
         if self.broken.get() {
@@ -115,6 +135,8 @@ pub(crate) struct Rig {
     pub(crate) alive: bool,
     /// The motor outputs refuse to be written.
     pub(crate) broken: std::rc::Rc<std::cell::Cell<bool>>,
+    /// What happens to the vehicle.
+    pub(crate) hand: std::rc::Rc<Hand>,
     received: Vec<u8>,
     unsolicited: Vec<String>,
 }
@@ -133,6 +155,7 @@ impl Rig {
     /// A base that starts with a fault.
     pub(crate) fn after(params: Params, fault: Option<Fault>) -> Self {
         let broken = std::rc::Rc::default();
+        let hand = std::rc::Rc::default();
         let config = params.build(PERIOD);
         let vehicle = Perfect {
             config: config.vehicle,
@@ -140,6 +163,7 @@ impl Rig {
             before: Twist::ZERO,
             rolled: [0.0; 2],
             broken: std::rc::Rc::clone(&broken),
+            hand: std::rc::Rc::clone(&hand),
         };
         let mut controller = Controller::new(vehicle, config, fault);
         let now = Instant::from_ticks(0);
@@ -159,6 +183,7 @@ impl Rig {
             listening: true,
             alive: true,
             broken,
+            hand,
             received: Vec::new(),
             unsolicited: Vec::new(),
         };
