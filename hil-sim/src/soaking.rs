@@ -34,6 +34,9 @@ pub struct Options {
     /// Run this image of the firmware on emulated boards
     #[arg(long, value_name = "F.elf")]
     image: Option<PathBuf>,
+    /// Pushes so many times as strong: how much is there to spare?
+    #[arg(long, default_value_t = 1.0, value_name = "X")]
+    push: f64,
     /// Repeat one shard only, such as one with a finding
     #[arg(long)]
     shard: Option<u64>,
@@ -62,6 +65,7 @@ pub fn soak_command(options: &Options) -> Result<()> {
         modes,
         robot: options.robot.clone(),
         image: options.image.clone(),
+        push: options.push,
         shard: options.shard,
         threads: options
             .threads

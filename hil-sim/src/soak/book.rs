@@ -27,6 +27,8 @@ struct Axis {
     entries: Vec<Entry>,
     /// Rates of a stop that may be in force.
     stop_rates: Vec<f64>,
+    /// Those of the stop that may be under way: another rate is for the next one.
+    stopping: Vec<f64>,
     /// v and a of a command that leaves them out, if they are known.
     last: [Option<f64>; 2],
     given: [bool; 2],
@@ -62,6 +64,7 @@ impl Axis {
         Self {
             entries: Vec::new(),
             stop_rates: vec![stop_rate],
+            stopping: Vec::new(),
             last: [Some(speed), Some(acceleration)],
             given: [false; 2],
             is_certain: true,
@@ -69,16 +72,21 @@ impl Axis {
     }
 
     /// What went before ends soon.
-    fn retire(&mut self, now: u64, tag: Option<u16>) {
-        for entry in &mut self.entries {
-            if Some(entry.tag) != tag && (entry.accepted || tag.is_some()) {
-                entry.until = entry.until.min(now + GRACE_MS);
-            }
+    fn retire(&mut self, now: u64) {
+        for entry in self.entries.iter_mut().filter(|entry| entry.accepted) {
+            entry.until = entry.until.min(now + GRACE_MS);
         }
     }
 
-    fn highest(rates: &[f64]) -> f64 {
-        rates.iter().copied().fold(0.0, f64::max)
+    /// It stops, at whatever rate may be in force now.
+    fn stop(&mut self) {
+        self.stopping.clone_from(&self.stop_rates);
+    }
+
+    /// The highest rate at which it may be stopped, or may be stopping.
+    fn highest_stop_rate(&self) -> f64 {
+        let rates = self.stop_rates.iter().chain(&self.stopping);
+        rates.copied().fold(0.0, f64::max)
     }
 }
 
@@ -131,7 +139,7 @@ impl Book {
     pub fn allowed(&self, axis: usize) -> Allowed {
         let axis = &self.axes[axis];
         let mut allowed = Allowed {
-            slower: Axis::highest(&axis.stop_rates),
+            slower: axis.highest_stop_rate(),
             ..Allowed::default()
         };
         for Entry { motion, .. } in &axis.entries {
@@ -189,7 +197,8 @@ impl Book {
             Said::Stop | Said::Disable if accepted => {
                 self.disabled |= sent.said == Said::Disable;
                 for axis in &mut self.axes {
-                    axis.retire(now, None);
+                    axis.stop();
+                    axis.retire(now);
                 }
             }
             Said::Enable if accepted => self.disabled = false,
@@ -232,6 +241,7 @@ impl Book {
     pub fn note_fault(&mut self, fault: Fault) {
         self.latched = Some(fault);
         for axis in &mut self.axes {
+            axis.stop();
             axis.entries.retain(|entry| {
                 fault == Fault::Link && !entry.motion.endless
                     || fault.reaction() == Reaction::Stop && entry.motion.speed == 0.0

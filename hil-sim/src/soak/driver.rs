@@ -40,8 +40,8 @@ pub struct Driver {
     defaults: [[(&'static str, f64); 3]; 2],
     stream: Option<Stream>,
     next: u64,
-    /// When the last line was sent, ms.
-    spoke: u64,
+    /// When the last line was accepted, or one was sent that is, ms.
+    lived: u64,
     patience: u64,
 }
 
@@ -61,7 +61,7 @@ impl Driver {
             ],
             stream: None,
             next: 100,
-            spoke: 0,
+            lived: 0,
             patience: LIFE_MS,
         }
     }
@@ -84,15 +84,18 @@ impl Driver {
         let mut wishes = Vec::new();
         if now >= self.next {
             wishes = self.next_wishes(now, random, sight, book, is_idle);
-        } else if now >= self.spoke + self.patience {
+        } else if now >= self.lived + self.patience {
+            self.live(now);
+            self.patience = random.random_range(LIFE_MS / 4..LIFE_MS);
             let queries = ["GetTime", "GetEstPos", "GetStatus", "GetWheels", "GetState"];
             wishes.push(other(queries[random.random_range(0..queries.len())].into()));
         }
-        if !wishes.is_empty() {
-            self.spoke = now;
-            self.patience = random.random_range(LIFE_MS / 4..LIFE_MS);
-        }
         wishes
+    }
+
+    /// The base has accepted a line.
+    pub fn live(&mut self, now: u64) {
+        self.lived = now;
     }
 
     fn next_wishes(

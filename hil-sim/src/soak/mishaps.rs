@@ -4,9 +4,12 @@ use crate::faults::{EncoderFault, Fault, MotorFault, Side};
 use crate::robot::Robot;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use vehicle_controller::params::Id;
 
-/// The largest pushes on a base of the mass for which they are meant: N, N·m, kg.
-const PUSH: (f64, f64, f64) = (5.0, 0.3, 2.5);
+/// The largest pushes on a base of such motors, N and N·m, where its motors together can push with so much, N, and such is its wheel base, m.
+const PUSH: (f64, f64) = (5.0, 0.3);
+const PUSHED_FORCE: f64 = 141.5;
+const PUSHED_BASE: f64 = 0.2;
 
 /// A push: N along the base, N·m about it, for so many seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,13 +23,19 @@ pub struct Shove {
 }
 
 impl Shove {
-    /// A random one, in proportion to the mass of the robot.
-    pub fn random(random: &mut ChaCha8Rng, robot: &Robot) -> Self {
-        let (force, torque, mass) = PUSH;
-        let scale = robot.physics.body.mass / mass;
+    /// A random one, in proportion to what the motors of the robot can push with, so that to withstand it takes the same share of their voltage.
+    pub fn random(random: &mut ChaCha8Rng, robot: &Robot, size: f64) -> Self {
+        let physics = &robot.physics;
+        let (motor, wheels) = (&physics.motor, &physics.wheels);
+        // F = 2 k U/(R r)
+        let radius = 0.25 * (wheels.diameter_left + wheels.diameter_right);
+        let supply = f64::from(robot.params.get(Id::Supply));
+        let most = 2.0 * motor.torque_constant * supply / (motor.resistance * radius);
+        let scale = size * most / PUSHED_FORCE;
+        let (force, torque) = (PUSH.0 * scale, PUSH.1 * scale * wheels.base / PUSHED_BASE);
         Self {
-            force: scale * random.random_range(-force..=force),
-            torque: scale * random.random_range(-torque..=torque),
+            force: random.random_range(-force..=force),
+            torque: random.random_range(-torque..=torque),
             seconds: log(random, 0.02, 2.0),
         }
     }

@@ -50,6 +50,8 @@ pub struct Plan {
     pub robot: Option<String>,
     /// The image that controls the base; the library on this computer otherwise.
     pub image: Option<PathBuf>,
+    /// Pushes are so many times as strong as they are meant to be.
+    pub push: f64,
     /// This shard only.
     pub shard: Option<u64>,
     /// So many run at once.
@@ -64,6 +66,7 @@ struct Part {
     mode: Mode,
     robot: &'static str,
     seed: u64,
+    push: f64,
 }
 
 impl Plan {
@@ -92,6 +95,7 @@ impl Plan {
             ticks: self.ticks / shards + u64::from(index < self.ticks % shards),
             mode: self.modes[index as usize % self.modes.len()],
             robot: robots[index as usize / self.modes.len() % robots.len()],
+            push: self.push,
             // Any odd factor: shards of neighbouring seeds have nothing in common.
             seed: self
                 .seed

@@ -127,6 +127,9 @@ impl<B: Watched> Shard<'_, B> {
         let received = self.base.receive();
         if !received.is_empty() {
             for answer in self.line.take(now, &received) {
+                if answer.refusal.is_none() {
+                    self.driver.live(now);
+                }
                 self.judge(now, &answer.sent.said, &answer);
                 self.book.note_answer(now, &answer);
                 self.obey(now, answer.sent.said, answer.refusal.as_deref());
@@ -163,7 +166,7 @@ impl<B: Watched> Shard<'_, B> {
         if now < self.next_shove {
             return;
         }
-        let shove = Shove::random(&mut self.random, self.robot);
+        let shove = Shove::random(&mut self.random, self.robot, self.part.push);
         self.base.push(shove.force, shove.torque, shove.seconds);
         self.shove = (shove, now + (shove.seconds * 1e3) as u64);
         self.tally.pushes += 1;

@@ -240,7 +240,9 @@ impl Watch {
 
     /// The reference waits for a vehicle that is as far behind as it may be: it goes on from the vehicle's speed, or stands.
     fn waits(&self, axis: usize, then: &AxisSight, now: &AxisSight, step: f64) -> bool {
-        let reached = now.error.abs() + (then.reference.abs() + step) * 2.0 * PERIOD;
+        // An axis that has stopped forgets its error at once.
+        let error = then.error.abs().max(now.error.abs());
+        let reached = error + (then.reference.abs() + step) * 2.0 * PERIOD;
         let is_behind = reached >= self.lag[axis];
         let is_its_speed = (now.reference.abs() - now.speed.abs()).abs() <= step;
         is_behind && (is_its_speed || now.reference == 0.0)
