@@ -125,6 +125,14 @@ impl Book {
         rates.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
+    /// The rates at which an axis may be coming to rest by itself.
+    pub fn resting_rates(&self, axis: usize) -> impl Iterator<Item = f64> {
+        let entries = self.axes[axis].entries.iter();
+        entries
+            .filter(|entry| entry.motion.speed == 0.0)
+            .map(|entry| entry.motion.acceleration)
+    }
+
     /// The finite motions that may be under way, and their axes.
     pub fn finite(&self) -> impl Iterator<Item = (usize, Motion)> {
         self.axes.iter().enumerate().flat_map(|(axis, known)| {

@@ -42,6 +42,8 @@ pub enum Change {
 pub struct Watch {
     /// Largest following errors, m and rad.
     lag: [f64; 2],
+    /// What one count of each encoder may do to an error, m and rad.
+    counts: [f64; 2],
     /// Largest speeds, m/s and rad/s.
     max_speed: [f64; 2],
     before: Option<Sight>,
@@ -61,7 +63,10 @@ impl Watch {
     /// For a robot at rest.
     pub fn new(robot: &Robot) -> Self {
         let get = |id| f64::from(robot.params.get(id));
+        let diameter = get(Id::LeftDiameter).max(get(Id::RightDiameter));
+        let count = std::f64::consts::PI * diameter / get(Id::CountsPerTurn);
         Self {
+            counts: [count, 2.0 * count / get(Id::WheelBase)],
             lag: [get(Id::MoveLag), get(Id::TurnLag).to_radians()],
             max_speed: [get(Id::MaxSpeed), get(Id::MaxTurnSpeed).to_radians()],
             before: None,
@@ -172,29 +177,40 @@ impl Watch {
         };
         self.latched_at = Some((fault, now));
         self.off_for_fault = true;
+        let mut goes_on = [false; 2];
         let by = match fault.reaction() {
             Reaction::Off => now,
             Reaction::Stop => {
-                let mut seconds =
-                    STOP_SHARE * self.ramp(0, book).max(self.ramp(1, book)) + STOP_PATIENCE;
-                let mut goes_on = [false; 2];
+                let mut ramps = [0, 1].map(|axis| self.ramp(axis, book));
+                if fault == Fault::Link {
+                    // One that is coming to rest goes on with that.
+                    for (axis, ramp) in ramps.iter_mut().enumerate() {
+                        let stop = book.stop_rate(axis);
+                        let slowest = book.resting_rates(axis).fold(stop, f64::min);
+                        *ramp *= stop / slowest;
+                    }
+                }
+                let mut seconds = STOP_SHARE * ramps[0].max(ramps[1]) + STOP_PATIENCE;
                 if fault == Fault::Link {
                     // One with an end goes on to it, at its own pace and waiting for whoever holds the base up.
                     for (axis, motion) in book.finite() {
                         goes_on[axis] = true;
-                        let ramps = 3.0 * self.max_speed[axis] / motion.acceleration;
+                        let detour = 3.0 * self.max_speed[axis] / motion.acceleration;
                         let pace = motion.distance / motion.speed;
-                        seconds = seconds.max(2.0 * (pace + ramps) + 5.0);
+                        seconds = seconds.max(2.0 * (pace + detour) + 5.0);
                     }
                 }
                 for axis in [0, 1] {
                     if !goes_on[axis] {
-                        self.still_by[axis] = Some(now + ms(self.ramp(axis, book)) + LATE_MS);
+                        self.still_by[axis] = Some(now + ms(ramps[axis]) + LATE_MS);
                     }
                 }
                 now + ms(seconds) + LATE_MS
             }
         };
+        if goes_on != [false; 2] {
+            self.latched_at = None;
+        }
         self.off_by = Some(self.off_by.map_or(by, |earlier| earlier.min(by)));
         Some(Change::Latched(fault))
     }
@@ -242,7 +258,8 @@ impl Watch {
     fn waits(&self, axis: usize, then: &AxisSight, now: &AxisSight, step: f64) -> bool {
         // An axis that has stopped forgets its error at once.
         let error = then.error.abs().max(now.error.abs());
-        let reached = error + (then.reference.abs() + step) * 2.0 * PERIOD;
+        let speeds = 2.0 * (then.reference.abs() + step) + then.speed.abs() + now.speed.abs();
+        let reached = error + speeds * PERIOD + self.counts[axis];
         let is_behind = reached >= self.lag[axis];
         let is_its_speed = (now.reference.abs() - now.speed.abs()).abs() <= step;
         is_behind && (is_its_speed || now.reference == 0.0)
