@@ -7,6 +7,7 @@ mod machine;
 mod pyserial;
 mod readme;
 mod run;
+mod soak;
 mod steps;
 
 use std::path::PathBuf;
@@ -69,6 +70,8 @@ enum Chore {
     },
     /// Feed the library inputs that coverage leads to, and see that it keeps its promises
     Fuzz(fuzz::Options),
+    /// Drive at random for simulated hours, healthy and with faults, and see that nothing trips without cause and nothing moves that should not
+    Soak(soak::Options),
 }
 
 fn main() -> ExitCode {
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
         } => finished(image::artificial_panic(&session)),
         Chore::Panics { which, .. } => told(&image::panics(&session, which)),
         Chore::Fuzz(options) => finished(fuzz::run(&session, &options)),
+        Chore::Soak(options) => finished(soak::run(&session, &options)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
             finished(readme::check(&session, &file))
