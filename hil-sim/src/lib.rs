@@ -12,4 +12,5 @@ pub mod replay;
 pub mod rig;
 pub mod robot;
 pub mod script;
+pub mod soak;
 pub mod trace;

@@ -2,6 +2,7 @@
 
 mod console;
 mod run;
+mod soaking;
 mod trace_file;
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -43,6 +44,9 @@ enum Command {
     #[cfg(feature = "emulator")]
     #[command(hide = true)]
     Count(Count),
+    /// Drive at random for hours, and see that nothing trips without cause and nothing moves that should not
+    #[command(hide = true)]
+    Soak(soaking::Options),
     /// Draw a trace
     Plot(Plot),
     /// List the robots
@@ -147,6 +151,7 @@ fn main() -> ExitCode {
         Some(Command::Replay(replay)) => replay_command(&replay),
         #[cfg(feature = "emulator")]
         Some(Command::Count(count)) => count_command(&count),
+        Some(Command::Soak(options)) => soaking::soak_command(&options),
         Some(Command::Plot(plot)) => plot_command(&plot),
         Some(Command::Robots) => robots_command(),
     };

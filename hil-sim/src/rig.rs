@@ -2,7 +2,7 @@
 
 use crate::faults::{Fault, FaultSet, FaultyLink};
 use crate::peripherals::{FakeDrive, FakeFlash, FakeQei, Wires, converted};
-use crate::plant::{Command, Input, Plant, Push};
+use crate::plant::{BridgeInput, Command, Input, Plant, Push};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
 use anyhow::{Result, bail};
@@ -209,6 +209,11 @@ impl Rig {
     /// What the controller knows.
     pub fn snapshot(&self) -> &Snapshot {
         self.desk.snapshot()
+    }
+
+    /// What the drivers of the motors are told.
+    pub fn bridges(&self) -> [BridgeInput; 2] {
+        self.wires.each_ref().map(|wires| wires.bridge())
     }
 
     /// The truth.

@@ -319,7 +319,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         self.latch(Fault::Link, Place::Base);
         self.stop_axes(StopReason::Fault, moves, turns);
-        if !(moves && turns) && !(self.translation.is_settled() && self.rotation.is_settled()) {
+        let goes_on = !self.translation.is_settled() || !self.rotation.is_settled();
+        if goes_on && !(moves && turns) {
             self.deadline = f32::INFINITY;
         }
     }

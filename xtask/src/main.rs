@@ -8,6 +8,7 @@ mod mutants;
 mod pyserial;
 mod readme;
 mod run;
+mod soak;
 mod steps;
 
 use std::path::PathBuf;
@@ -72,6 +73,8 @@ enum Chore {
     Fuzz(fuzz::Options),
     /// Change the supervisor in hundreds of ways, one at a time, and see that a test notices each; takes an hour or two
     Mutants(mutants::Options),
+    /// Drive at random for simulated hours, healthy and with faults, and see that nothing trips without cause and nothing moves that should not
+    Soak(soak::Options),
 }
 
 fn main() -> ExitCode {
@@ -89,6 +92,7 @@ fn main() -> ExitCode {
         Chore::Panics { which, .. } => told(&image::panics(&session, which)),
         Chore::Fuzz(options) => finished(fuzz::run(&session, &options)),
         Chore::Mutants(options) => finished(mutants::run(&session, &options)),
+        Chore::Soak(options) => finished(soak::run(&session, &options)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
             finished(readme::check(&session, &file))

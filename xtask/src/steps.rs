@@ -8,7 +8,7 @@ use crate::image::toolchain::{self, Toolchain};
 use crate::image::{self, Which};
 use crate::machine::{BASH, CXX, FIRMWARE_TARGET, LOGS, Machine, NEXTEST, Need, PYTHON};
 use crate::run::{Outcome, Session};
-use crate::{fuzz, pyserial, readme};
+use crate::{fuzz, pyserial, readme, soak};
 
 /// In this order: a later step finds the environment that an earlier one has set.
 const STEPS: &[Step] = &[
@@ -49,6 +49,9 @@ const STEPS: &[Step] = &[
         fuzz::run(session, &fuzz::Options::usual())
     })
     .needs(&CXX),
+    call("soak", |session, _| {
+        soak::run(session, &soak::Options::usual())
+    }),
     call("no_std", |session, _| {
         toolchain::run(session, "build", "--package vehicle-controller --lib")
     })
@@ -79,6 +82,10 @@ const STEPS: &[Step] = &[
     })
     .needs(&FIRMWARE_TARGET),
     call("emulated board", emulated).needs(&FIRMWARE_TARGET),
+    call("soak of the image", |session, _| {
+        soak::run(session, &soak::Options::emulated())
+    })
+    .needs(&FIRMWARE_TARGET),
     call("README", |session, _| {
         readme::check(session, &session.root.join("README.md"))
     })

@@ -163,6 +163,30 @@ impl ImageBase {
             .map(Some)
     }
 
+    /// A row of the trace whose time is the board's own: that of the tick from which its numbers are.
+    ///
+    /// # Errors
+    /// If what the controller knows cannot be read.
+    pub fn known(&self) -> Result<Row> {
+        let [true_x, true_y, true_theta] = self.plant.pose();
+        let [left_current, right_current] = self.plant.current();
+        let mut row = Row {
+            true_x,
+            true_y,
+            true_theta,
+            left_current,
+            right_current,
+            move_state: State::Hold.name().to_owned(),
+            turn_state: State::Hold.name().to_owned(),
+            fault: "none".to_owned(),
+            ..Row::default()
+        };
+        if let Some(snapshot) = self.snapshot()? {
+            self.knowledge.tell(&snapshot, &mut row)?;
+        }
+        Ok(row)
+    }
+
     /// An instant of the simulation on the board's clock.
     fn instant(&self, instant: Instant) -> VirtualNanos {
         VirtualNanos(self.power_on + instant.ticks() * 1000)
@@ -318,22 +342,7 @@ impl Base for ImageBase {
     }
 
     fn row(&self) -> Result<Row> {
-        let [true_x, true_y, true_theta] = self.plant.pose();
-        let [left_current, right_current] = self.plant.current();
-        let mut row = Row {
-            true_x,
-            true_y,
-            true_theta,
-            left_current,
-            right_current,
-            move_state: State::Hold.name().to_owned(),
-            turn_state: State::Hold.name().to_owned(),
-            fault: "none".to_owned(),
-            ..Row::default()
-        };
-        if let Some(snapshot) = self.snapshot()? {
-            self.knowledge.tell(&snapshot, &mut row)?;
-        }
+        let mut row = self.known()?;
         // The image's clock starts anew with every reset.
         row.t = self.now.ticks() as f64 * 1e-6;
         Ok(row)
