@@ -139,6 +139,20 @@ fn what_is_within_bounds_to_the_last_bit_is_not_found() {
     ] {
         assert_eq!(found(&mut Supervisor::default(), &case, 10_000), None);
     }
+    // Nor while another bound is looked at more closely.
+    let held_up = following(Following::HeldUp, Following::Closely).1;
+    for (cycle, _) in [
+        speeds(1.25, -1.25),
+        currents(Some(4.0), Some(-4.0)),
+        supply(9.0),
+        supply(15.0),
+    ] {
+        let found = found(&mut Supervisor::default(), &(cycle, held_up), 2000);
+        assert!(
+            matches!(found, Some((1000..=1002, Fault::Following, Place::Base))),
+            "{found:?}"
+        );
+    }
     // A sensor or a parameter without a limit knows none.
     let endless = Config {
         max_current: f32::INFINITY,

@@ -6,6 +6,7 @@
 mod common;
 
 use common::Rig;
+use vehicle_controller::controller::{Action, AxisCommand};
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::supervisor::Fault;
 
@@ -510,4 +511,93 @@ fn an_estimate_that_is_no_number_stops_the_base_until_it_is_told_where_it_is() {
             "{status}"
         );
     }
+}
+
+#[test]
+fn motors_that_are_switched_off_brake_for_half_a_second() {
+    let mut rig = moving();
+    rig.ok("EStop");
+    let braked = until(&mut rig, 1.0, |rig| !rig.hand.brakes.get());
+    assert!((braked - 0.5).abs() < 0.003, "{braked}");
+    assert_off(&mut rig);
+    // Again only after a motion: another stop finds them off.
+    rig.ok("EStop");
+    rig.ok("Stop");
+    rig.ok("Disable");
+    rig.run(0.1);
+    assert!(!rig.hand.brakes.get());
+    // A stop for a fault's sake ends in the same way, and so does a disable.
+    let disabling = {
+        let mut rig = moving();
+        rig.ok("Disable");
+        rig
+    };
+    for mut rig in [stopping(), disabling] {
+        let stopped = until(&mut rig, 1.0, |rig| !drives(rig));
+        assert!((stopped - RAMP).abs() < 0.02, "{stopped}");
+        let braked = until(&mut rig, 1.0, |rig| !rig.hand.brakes.get());
+        assert!((braked - 0.5).abs() < 0.003, "{braked}");
+    }
+}
+
+#[test]
+fn what_comes_between_a_command_and_its_tick_comes_first() {
+    let command = AxisCommand {
+        distance: 1.0,
+        speed: 0.5,
+        acceleration: 1.0,
+    };
+    for motion in [Action::Move(command), Action::Turn(command)] {
+        let mut button = with(&[]);
+        button.act(motion.clone());
+        button.inputs.stop_button = true;
+        button.tick();
+        button.inputs.stop_button = false;
+        assert_off_and(&mut button, Fault::Estop);
+        let mut estop = with(&[]);
+        estop.act(motion.clone());
+        estop.act(Action::EStop);
+        estop.tick();
+        assert_off_and(&mut estop, Fault::Estop);
+        let mut disabled = with(&[]);
+        disabled.act(Action::Disable);
+        disabled.act(motion.clone());
+        disabled.tick();
+        assert_off(&mut disabled);
+        let mut latched = Rig::after(Params::default(), Some(Fault::Watchdog));
+        latched.act(motion.clone());
+        latched.tick();
+        assert_off_and(&mut latched, Fault::Watchdog);
+        // Past the desk a fault does not clear, either, while its cause lasts.
+        button.inputs.stop_button = true;
+        button.tick();
+        button.act(Action::ClearFault);
+        button.act(motion.clone());
+        button.tick();
+        button.inputs.stop_button = false;
+        assert_off_and(&mut button, Fault::Estop);
+        // Cleared and told to go in one tick, it goes.
+        button.act(Action::ClearFault);
+        button.act(motion);
+        button.tick();
+        assert!(drives(&button));
+    }
+}
+
+#[test]
+fn a_motion_after_switching_off_starts_with_a_clean_slate() {
+    // 80 ms of the 100 that a low battery may last, four times over: what was before counts for nothing.
+    let mut rig = with(&[]);
+    rig.inputs.battery = TOO_LOW;
+    rig.run(0.5);
+    for _ in 0..4 {
+        rig.ok("m inf 0.5 2");
+        rig.run(0.08);
+        assert_eq!(fault(&rig), None);
+        rig.ok("EStop");
+        rig.ok("ClearFault");
+    }
+    rig.ok("m inf 0.5 2");
+    let at = until(&mut rig, 0.2, |rig| fault(rig).is_some());
+    assert!((at - 0.1).abs() < 0.005, "{at}");
 }

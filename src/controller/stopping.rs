@@ -70,8 +70,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         self.latch(Fault::Link, Place::Base);
         self.stop_axes(StopReason::Fault, moves, turns);
-        let goes_on = !self.translation.is_settled() || !self.rotation.is_settled();
-        if goes_on && !(moves && turns) {
+        let ends =
+            (moves || self.translation.is_settled()) && (turns || self.rotation.is_settled());
+        if !ends {
             self.deadline = f32::INFINITY;
         }
     }

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::f64::consts::PI;
-use vehicle_controller::controller::{Controller, Estimate, Inputs, Interface, Snapshot};
+use vehicle_controller::controller::{Action, Controller, Estimate, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::supervisor::Fault;
@@ -37,6 +37,8 @@ pub(crate) struct Hand {
     pub(crate) error: std::cell::Cell<f32>,
     /// The motors are driven.
     pub(crate) drives: std::cell::Cell<bool>,
+    /// They are not, and brake.
+    pub(crate) brakes: std::cell::Cell<bool>,
 }
 
 impl Perfect {
@@ -92,6 +94,7 @@ impl VirtualVehicle for Perfect {
             return Err(OutputError);
         }
         self.hand.drives.set(true);
+        self.hand.brakes.set(false);
         self.before = self.speed;
         self.speed = speed;
         Ok(())
@@ -99,11 +102,18 @@ impl VirtualVehicle for Perfect {
 
     fn off(&mut self) -> Result<(), OutputError> {
         self.hand.drives.set(false);
+        self.hand.brakes.set(false);
         self.before = Twist::ZERO;
         self.speed = Twist::ZERO;
         if self.broken.get() {
             return Err(OutputError);
         }
+        Ok(())
+    }
+
+    fn brake(&mut self) -> Result<(), OutputError> {
+        self.off()?;
+        self.hand.brakes.set(true);
         Ok(())
     }
 
@@ -379,6 +389,11 @@ impl Rig {
         let replies = self.replies();
         assert!(replies.is_empty(), "nobody asked for {replies:?}");
         std::mem::take(&mut self.unsolicited)
+    }
+
+    /// Something on the same processor asks for this, past the desk.
+    pub(crate) fn act(&mut self, action: Action<Config>) {
+        assert!(self.controller.request(action).is_ok());
     }
 
     /// What is known after the last tick.

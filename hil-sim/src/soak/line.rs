@@ -143,7 +143,7 @@ impl Line {
                 b'\r' => {}
                 b'\n' => {
                     let line = String::from_utf8_lossy(&std::mem::take(&mut self.partial)).into();
-                    answers.extend(self.understand(at, line));
+                    answers.extend(self.understand(at, &line));
                 }
                 byte => self.partial.push(*byte),
             }
@@ -151,7 +151,7 @@ impl Line {
         answers
     }
 
-    fn understand(&mut self, at: u64, line: String) -> Option<Answer> {
+    fn understand(&mut self, at: u64, line: &str) -> Option<Answer> {
         self.keep(at, &line, '<');
         let (tag, text) = line.strip_prefix('@')?.split_once(' ')?;
         let tag: u16 = tag.parse().ok()?;
