@@ -178,3 +178,37 @@ fn every_accepted_line_is_a_sign_of_life_and_nothing_else_is() {
         assert!(!goes_on_with(bytes), "{:?}", String::from_utf8_lossy(bytes));
     }
 }
+
+/// Power that is switched off and on again on the way to rest is no reason to hold on with the motors.
+#[test]
+fn disable_and_enable_do_not_take_back_the_stop_for_a_fault() {
+    for lines in [
+        &["Disable", "Enable"][..],
+        &["Stop", "Disable", "Enable"],
+        &["Enable"],
+    ] {
+        let mut caller = caller();
+        assert_eq!(caller.ask("m inf 0.5"), "OK");
+        while caller.row().fault == "none" {
+            caller.tick();
+        }
+        for line in lines {
+            assert_eq!(caller.ask(line), "OK");
+        }
+        caller.base.push(5.0, 0.0, 10.0);
+        caller.run(1500);
+        let row = caller.row();
+        assert_eq!(row.fault, "link");
+        assert_eq!(
+            [row.left_duty, row.right_duty],
+            [0.0; 2],
+            "{lines:?}: driven"
+        );
+        assert!(
+            caller
+                .lines
+                .iter()
+                .any(|(_, line)| line == "! stop fault" || line == "! stop disable")
+        );
+    }
+}
