@@ -280,7 +280,12 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             Action::Enable => {
                 self.power = Power::Enabled;
                 if self.stopping == Some(StopReason::Disable) {
-                    self.stopping = Some(StopReason::Command);
+                    // What Disable wanted is taken back, not what a fault wants.
+                    self.stopping = Some(if self.fault.is_some() {
+                        StopReason::Fault
+                    } else {
+                        StopReason::Command
+                    });
                 }
             }
             Action::Disable => {

@@ -8,6 +8,7 @@ use crate::robot::Robot;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use vehicle_controller::params::Id;
+use vehicle_controller::supervisor::{Fault, Reaction};
 
 /// A stream of velocities has this period, ms.
 const STREAM_MS: u64 = 50;
@@ -116,6 +117,12 @@ impl Driver {
         self.next = now + log(random, 20.0, 4000.0) as u64;
         if book.disabled && random.random_bool(0.5) {
             return vec![plain("Enable", Said::Enable)];
+        }
+        // Power off and on again on the way to rest must not take back that a fault switches off.
+        let stops = |fault: Fault| fault.reaction() == Reaction::Stop;
+        if book.latched.is_some_and(stops) && !book.disabled && random.random_bool(0.3) {
+            self.next = now + random.random_range(10..300);
+            return vec![plain("Disable", Said::Disable)];
         }
         match random.random_range(0..100) {
             0..20 => vec![self.motion(0, random, book, is_idle)],
