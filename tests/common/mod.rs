@@ -392,6 +392,10 @@ impl Rig {
     }
 
     /// Something on the same processor asks for this, past the desk.
+    #[allow(
+        clippy::large_types_passed_by_value,
+        reason = "as the controller takes it"
+    )]
     pub(crate) fn act(&mut self, action: Action<Config>) {
         assert!(self.controller.request(action).is_ok());
     }

@@ -203,11 +203,11 @@ impl Driver {
         let axis = random.random_range(0..2);
         let max = self.limits[axis][1];
         let acceleration = written(log(random, 0.1 * max, max)).min(max);
-        self.drive(axis, 0.0, acceleration)
+        Self::drive(axis, 0.0, acceleration)
     }
 
     /// A motion without an end at a velocity.
-    fn drive(&self, axis: usize, velocity: f64, acceleration: f64) -> Wish {
+    fn drive(axis: usize, velocity: f64, acceleration: f64) -> Wish {
         let speed = velocity.abs();
         let sign = if velocity < 0.0 { "-" } else { "" };
         Wish {
@@ -265,7 +265,7 @@ impl Driver {
             ..
         } = *stream;
         [0, 1]
-            .map(|axis| self.drive(axis, speeds[axis], accelerations[axis]))
+            .map(|axis| Self::drive(axis, speeds[axis], accelerations[axis]))
             .into()
     }
 

@@ -274,7 +274,11 @@ impl<B: Watched> Shard<'_, B> {
             self.tally.motions += 1;
         }
         if !good {
-            self.complain(now, "an answer is not as it must be", &format!("{answer:?}"));
+            self.complain(
+                now,
+                "an answer is not as it must be",
+                &format!("{answer:?}"),
+            );
         }
     }
 
