@@ -388,6 +388,16 @@ fn a_wheel_may_roll_three_times_as_far_as_it_can_and_ten_milliseconds_more() {
 }
 
 #[test]
+fn the_budget_itself_is_no_jump() {
+    let budget = 3.0_f32 * 0.01 * CONFIG.max_wheel_speed;
+    for sign in [1.0, -1.0] {
+        let jump = |rolled: f32| Supervisor::default().jumps(&CONFIG, [0.0, sign * rolled], 0.0);
+        assert_eq!(jump(budget), None);
+        assert_eq!(jump(budget.next_up()), Some(Place::Right));
+    }
+}
+
+#[test]
 fn a_jump_is_made_up_for_with_time() {
     let mut supervisor = Supervisor::default();
     assert_eq!(

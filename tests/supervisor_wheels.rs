@@ -104,7 +104,11 @@ impl Bench {
     fn tick(&mut self) -> Option<(Fault, Place)> {
         self.ticks += 1;
         for (wheel, flicker) in self.cycle.wheels.iter_mut().zip(self.flicker) {
-            wheel.count = if self.ticks / 4 % 2 == 0 { 0 } else { flicker };
+            wheel.count = if (self.ticks / 4).is_multiple_of(2) {
+                0
+            } else {
+                flicker
+            };
         }
         self.supervisor
             .watch(&self.config, &self.cycle, || [Following::Closely; 2])
@@ -549,6 +553,89 @@ fn the_verdict_is_beyond_its_limit_not_at_it() {
     }
     bench.cycle.dt = DT;
     bench.finds(0.0, Fault::Mismatch, Place::Left);
+}
+
+/// Ticks of these lengths, s: the left wheel is looked at in the first and the fifth, the right one in the third; what is found in the last.
+fn ticks(bench: &mut Bench, lengths: &[f32]) -> Option<(Fault, Place)> {
+    let mut found = None;
+    for dt in lengths {
+        bench.cycle.dt = *dt;
+        found = bench.tick();
+    }
+    found
+}
+
+#[test]
+fn half_a_verdict_is_enough_to_share_the_fault() {
+    // The right wheel has 20 ms to the bit, half a verdict; the left one gets on to 60 ms.
+    let mut bench = slip(0.5, 0.2, [true, true]);
+    let found = ticks(&mut bench, &[VERDICT, 0.0, 0.0, 0.0, 0.08]);
+    assert_eq!(found, Some((Fault::Mismatch, Place::Both)));
+    let mut bench = slip(0.5, 0.2, [true, true]);
+    let found = ticks(&mut bench, &[VERDICT.next_down(), 0.0, 0.0, 0.0, 0.09]);
+    assert_eq!(found, Some((Fault::Mismatch, Place::Left)));
+}
+
+#[test]
+fn a_stall_is_one_beyond_half_a_second_not_at_it() {
+    let stall = || standing(0.5, Some(voltage(0.5) / MOTOR.resistance), [true, false]);
+    assert_eq!(ticks(&mut stall(), &[0.5]), None);
+    assert_eq!(
+        ticks(&mut stall(), &[0.5_f32.next_up()]),
+        Some((Fault::Stall, Place::Left))
+    );
+}
+
+#[test]
+fn a_current_has_to_say_for_longer_than_40_ms_that_the_motor_turns() {
+    // The wheel stands for 40.1 ms and, by its current, turns for the next ones: suspicion enough in both cases.
+    for (length, found) in [
+        (VERDICT, None),
+        (VERDICT.next_up(), Some((Fault::EncoderStuck, Place::Left))),
+    ] {
+        let mut bench = standing(0.5, Some(voltage(0.5) / MOTOR.resistance), [true, false]);
+        assert_eq!(ticks(&mut bench, &[0.0401, 0.0, 0.0, 0.0]), None);
+        bench.cycle.currents[0] = Some(0.25);
+        assert_eq!(ticks(&mut bench, &[length]), found);
+    }
+}
+
+#[test]
+fn limits_of_the_current_to_the_bit() {
+    let u = voltage(0.5);
+    // Half the speed is not more than half the speed.
+    let half = (u - MOTOR.speed_gain * 0.25) / MOTOR.resistance;
+    standing(0.5, Some(half), [true, false]).finds(0.5, Fault::Stall, Place::Left);
+    // 5 % of the stall current is not less than that.
+    let least = 0.05 * u / MOTOR.resistance;
+    standing(0.5, Some(least), [true, false]).finds(0.08, Fault::EncoderStuck, Place::Left);
+}
+
+/// A wheel that is driven at 2 m/s, and then by this voltage only; its encoder is stuck at the same time.
+fn coasting(u: f32) -> Bench {
+    let mut bench = Bench::at([2.0, 2.0]);
+    bench.cycle.wheels[0] = Wheel {
+        count: 0,
+        speed: 0.0,
+        duty: u / SUPPLY,
+    };
+    bench.cycle.currents = [Some(0.0), Some(0.25)];
+    bench
+}
+
+#[test]
+fn no_current_at_little_voltage_is_no_lack_of_power() {
+    // K_v times the rest floor is 1 V. Beyond it a motor that takes nothing has no power.
+    coasting(1.0_f32.next_up()).finds(0.08, Fault::NoMotion, Place::Left);
+    // Up to it that says that the motor turns at u/K_v, 1/8 m/s; and that is half of v̂ = 1/16 + 31/16 e^(−t/τ) from τ ln(31/3) = 146 ms on. The
+    // implicit model is some 4 ms late.
+    let (at, fault, place) = coasting(1.0).run(1.0).expect("found");
+    assert_eq!((fault, place), (Fault::EncoderStuck, Place::Left));
+    assert!((0.186..0.202).contains(&at), "{at}");
+    // Without a resistance a current says nothing at all.
+    let mut bench = coasting(0.0);
+    bench.config.motor.resistance = 0.0;
+    bench.finds(0.08, Fault::NoMotion, Place::Left);
 }
 
 #[test]
