@@ -392,8 +392,8 @@ impl Rig {
     }
 
     /// Something on the same processor asks for this, past the desk.
-    pub(crate) fn act(&mut self, action: Action<Config>) {
-        assert!(self.controller.request(action).is_ok());
+    pub(crate) fn act(&mut self, action: &Action<Config>) {
+        assert!(self.controller.request(*action).is_ok());
     }
 
     /// What is known after the last tick.
