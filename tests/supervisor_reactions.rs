@@ -281,3 +281,22 @@ fn a_stop_command_stops_what_the_lost_link_let_go_on() {
     assert!((stopped - 0.6).abs() < 0.02, "{stopped}");
     assert_off(&mut rig);
 }
+
+#[test]
+fn a_base_that_is_blocked_is_told_from_one_whose_wheels_fight() {
+    // Turning, its motors push in opposite directions as they should.
+    for (line, is_turn) in [
+        ("m inf 0.5 2", false),
+        ("t inf 90", true),
+        ("t inf 200 1000", true),
+    ] {
+        let mut rig = with(&[(Id::TurnLag, 90.0), (Id::MoveLag, 1.0)]);
+        rig.ok(line);
+        rig.run(0.3);
+        assert_eq!(is_turn, rig.snapshot().rotation.speed != 0.0);
+        rig.hand.carries.set(Some(0.0));
+        until(&mut rig, 0.5, |rig| fault(rig).is_some());
+        assert_eq!(rig.unsolicited(), ["! fault no-motion both"], "{line}");
+        assert!(!drives(&rig));
+    }
+}

@@ -106,11 +106,17 @@ fn a_wheel_may_roll_three_times_as_far_as_it_can_and_ten_milliseconds_more() {
 
 #[test]
 fn the_budget_itself_is_no_jump() {
-    let budget = 3.0_f32 * 0.01 * CONFIG.max_wheel_speed;
-    for sign in [1.0, -1.0] {
-        let jump = |rolled: f32| Supervisor::default().jumps(&CONFIG, [0.0, sign * rolled], 0.0);
-        assert_eq!(jump(budget), None);
-        assert_eq!(jump(budget.next_up()), Some(Place::Right));
+    for max_wheel_speed in [1.0, 2.0, 0.25] {
+        let config = Config {
+            max_wheel_speed,
+            ..CONFIG
+        };
+        let budget = 3.0_f32 * 0.01 * max_wheel_speed;
+        for sign in [1.0, -1.0] {
+            let jump = |way: f32| Supervisor::default().jumps(&config, [0.0, sign * way], 0.0);
+            assert_eq!(jump(budget), None);
+            assert_eq!(jump(budget.next_up()), Some(Place::Right));
+        }
     }
 }
 
