@@ -214,7 +214,7 @@ fn lines_have_the_letters_that_they_are_to_have() {
 #[test]
 fn the_line_that_requires_checks_says_in_which_case() {
     let set = checked("SetParam require_crc 1");
-    let (upper, lower): (fn(&str) -> String, fn(&str) -> String) = (str::to_owned, lower);
+    let upper: fn(&str) -> String = str::to_owned;
     for [its, other] in [[upper, lower], [lower, upper]] {
         let mut rig = Rig::new();
         assert_eq!(unchecked(&rig.ask(&its(&set))), "OK");

@@ -1,76 +1,10 @@
-//! The supervisor alone: bounds of speed, current, supply and following, missed ticks, silence, jumps; and what its memory is made of.
+//! The supervisor alone: bounds of speed, current, supply and following, and what persists.
 
-use vehicle_controller::supervisor::{
-    Config, Cycle, Fault, Following, Heartbeat, MotorModel, Place, Supervisor,
-};
-use vehicle_controller::vehicle::Wheel;
+#[path = "supervised/cycles.rs"]
+mod cycles;
 
-const CLOSELY: [Following; 2] = [Following::Closely; 2];
-/// A tick, s.
-const DT: f32 = 1e-3;
-
-/// No motor model, so that nothing but the bounds is looked at.
-const CONFIG: Config = Config {
-    motor: MotorModel {
-        static_friction: 0.0,
-        speed_gain: 0.0,
-        acceleration_gain: 0.0,
-        resistance: 0.0,
-        tolerance: 0.0,
-        floor: 0.0,
-        rest_floor: 0.0,
-    },
-    max_wheel_speed: 1.0,
-    max_current: 4.0,
-    supply: [9.0, 15.0],
-    deadman: 1.0,
-};
-
-const STILL: Wheel = Wheel {
-    count: 0,
-    speed: 0.0,
-    duty: 0.0,
-};
-
-const FINE: Cycle = Cycle {
-    dt: DT,
-    steps: 1,
-    wheels: [STILL; 2],
-    currents: [None; 2],
-    supply: 12.0,
-    motor_supply: 12.0,
-    turns: false,
-    estimate_is_finite: true,
-};
-
-/// A cycle that is out of bounds in some way, or hardly within them.
-type Case = (Cycle, [Following; 2]);
-
-fn speeds(left: f32, right: f32) -> Case {
-    let wheels = [left, right].map(|speed| Wheel { speed, ..STILL });
-    (Cycle { wheels, ..FINE }, CLOSELY)
-}
-
-fn currents(left: Option<f32>, right: Option<f32>) -> Case {
-    let currents = [left, right];
-    (Cycle { currents, ..FINE }, CLOSELY)
-}
-
-fn supply(supply: f32) -> Case {
-    (Cycle { supply, ..FINE }, CLOSELY)
-}
-
-fn following(translation: Following, rotation: Following) -> Case {
-    (FINE, [translation, rotation])
-}
-
-/// After how many ticks of a cycle, at most so many, something is found.
-fn found(supervisor: &mut Supervisor, case: &Case, most: u32) -> Option<(u32, Fault, Place)> {
-    (1..=most).find_map(|tick| {
-        let (fault, place) = supervisor.watch(&CONFIG, &case.0, || case.1)?;
-        Some((tick, fault, place))
-    })
-}
+use cycles::{CLOSELY, CONFIG, Case, DT, FINE, STILL, currents, following, found, speeds, supply};
+use vehicle_controller::supervisor::{Config, Cycle, Fault, Following, Place, Supervisor};
 
 /// What each bound is, for how long it may be exceeded (s), and how it is told.
 fn cases() -> Vec<(Case, f32, Fault, Place)> {
@@ -271,76 +205,6 @@ fn an_estimate_that_is_no_number_is_found_at_once() {
     }
 }
 
-/// Ticks that come after so many periods, again and again: after how many something is found.
-fn overrun(pattern: &[u32], most: usize) -> Option<usize> {
-    let mut supervisor = Supervisor::default();
-    let steps = pattern.iter().cycle().take(most);
-    let mut ticks = steps.map(|steps| {
-        let cycle = Cycle {
-            steps: *steps,
-            dt: *steps as f32 * DT,
-            ..FINE
-        };
-        supervisor.watch(&CONFIG, &cycle, || CLOSELY)
-    });
-    let at = ticks.position(|found| {
-        assert!(matches!(found, None | Some((Fault::Overrun, Place::Base))));
-        found.is_some()
-    })?;
-    Some(at + 1)
-}
-
-#[test]
-fn a_gap_of_twenty_periods_is_an_overrun_and_one_of_nineteen_is_not() {
-    assert_eq!(overrun(&[20], 1), Some(1));
-    assert_eq!(overrun(&[1000], 1), Some(1));
-    // 19 periods leave 18 missed ticks, 36 halves, less the one that the tick itself forgives; 35 more ticks forgive the rest.
-    let forgiven = [&[19][..], &[1; 35]].concat();
-    assert_eq!(overrun(&forgiven, 100_000), None);
-    // With two halves left, another such gap makes 37. With one, it is the third gap that does.
-    let too_soon = [&[19][..], &[1; 33]].concat();
-    assert_eq!(overrun(&too_soon, 1000), Some(35));
-    let late = [&[19][..], &[1; 34]].concat();
-    assert_eq!(overrun(&late, 1000), Some(2 * 35 + 1));
-}
-
-#[test]
-fn every_third_tick_may_be_missed_and_no_more() {
-    // A tick that comes forgives half a missed one: 1, 2, 1, 2 … misses one of three.
-    assert_eq!(overrun(&[1, 2], 1_000_000), None);
-    assert_eq!(overrun(&[1], 100_000), None);
-    assert_eq!(overrun(&[0, 1], 100_000), None);
-    // Half a missed one remains of each two that are late, and 37 halves are too many.
-    assert_eq!(overrun(&[2], 1000), Some(37));
-    let at = overrun(&[2, 2, 1], 1000).expect("found");
-    assert!(at.abs_diff(3 * 36) <= 2, "{at}");
-    // Double ticks forgive like others.
-    assert_eq!(overrun(&[2, 2, 1, 0], 1_000_000), None);
-}
-
-#[test]
-fn silence_lasts_from_the_last_sign_of_life() {
-    let mut supervisor = Supervisor::default();
-    assert!(!supervisor.is_silent(&CONFIG, 0.75));
-    assert!(
-        !supervisor.is_silent(&CONFIG, 0.25),
-        "exactly the deadman time"
-    );
-    assert!(supervisor.is_silent(&CONFIG, 1e-3));
-    supervisor.sign_of_life();
-    assert!(!supervisor.is_silent(&CONFIG, 0.0));
-    assert!(!supervisor.is_silent(&CONFIG, 0.75));
-    // Motors that are switched on are no sign of life.
-    supervisor.start(&[STILL; 2]);
-    assert!(!supervisor.is_silent(&CONFIG, 0.25));
-    assert!(supervisor.is_silent(&CONFIG, 0.25));
-    let patient = Config {
-        deadman: f32::INFINITY,
-        ..CONFIG
-    };
-    assert!(!supervisor.is_silent(&patient, 1e9));
-}
-
 #[test]
 fn a_start_forgets_what_was_out_of_bounds() {
     for (case, limit, ..) in cases() {
@@ -357,73 +221,6 @@ fn a_start_forgets_what_was_out_of_bounds() {
         assert_eq!(found(&mut supervisor, &(late, CLOSELY), 1), None);
         supervisor.start(&[STILL; 2]);
     }
-}
-
-#[test]
-fn a_wheel_may_roll_three_times_as_far_as_it_can_and_ten_milliseconds_more() {
-    // 3 · 1 m/s · 1 ms, and 3 · 1 m/s · 10 ms of budget; f32 knows them to 1e-8.
-    let most = 0.033;
-    for (rolled, place) in [
-        ([most + 1e-6, 0.0], Place::Left),
-        ([0.0, most + 1e-6], Place::Right),
-        ([-most - 1e-6, 0.0], Place::Left),
-        ([0.0, -most - 1e-6], Place::Right),
-        ([1.0, -1e6], Place::Both),
-    ] {
-        assert_eq!(
-            Supervisor::default().jumps(&CONFIG, rolled, DT),
-            Some(place)
-        );
-        let sound = rolled.map(|x: f32| x.clamp(1e-6 - most, most - 1e-6));
-        assert_eq!(Supervisor::default().jumps(&CONFIG, sound, DT), None);
-    }
-    // For ever at what is three times too fast.
-    let mut supervisor = Supervisor::default();
-    for _ in 0..10_000 {
-        assert_eq!(supervisor.jumps(&CONFIG, [0.003, -0.003], DT), None);
-    }
-    // At four times, 1 mm of the budget goes with each tick: gone after 30 ms.
-    let at = (1..100).find(|_| supervisor.jumps(&CONFIG, [0.004, 0.0], DT).is_some());
-    assert!(matches!(at, Some(30 | 31)), "{at:?}");
-}
-
-#[test]
-fn a_jump_is_made_up_for_with_time() {
-    let mut supervisor = Supervisor::default();
-    assert_eq!(
-        supervisor.jumps(&CONFIG, [0.093, 0.0], DT),
-        Some(Place::Left)
-    );
-    // 9 cm ahead, and 3 mm a tick are made up for: 3 cm is no jump any more after 20 of them.
-    let at = (1..100).find(|_| supervisor.jumps(&CONFIG, [0.0; 2], DT).is_none());
-    assert!(matches!(at, Some(20 | 21)), "{at:?}");
-    // What is left of the budget is little, until it has been made up for, too.
-    assert_eq!(
-        supervisor.jumps(&CONFIG, [0.01, 0.0], DT),
-        Some(Place::Left)
-    );
-    for _ in 0..20 {
-        supervisor.jumps(&CONFIG, [0.0; 2], DT);
-    }
-    assert_eq!(supervisor.jumps(&CONFIG, [0.032, 0.032], DT), None);
-}
-
-#[test]
-fn counts_that_come_late_or_in_no_time_are_no_jump() {
-    let mut supervisor = Supervisor::default();
-    for _ in 0..1000 {
-        // All of ten milliseconds comes in a tick that took no time, at three times the speed.
-        assert_eq!(supervisor.jumps(&CONFIG, [0.029, -0.029], 0.0), None);
-        assert_eq!(supervisor.jumps(&CONFIG, [0.0; 2], 0.01), None);
-        // A tick that came twice.
-        assert_eq!(supervisor.jumps(&CONFIG, [0.0; 2], 0.0), None);
-    }
-    // A gap of a second has room for a second's way.
-    assert_eq!(supervisor.jumps(&CONFIG, [1.0, 1.0], 1.0), None);
-    assert_eq!(
-        supervisor.jumps(&CONFIG, [0.031, 0.0], 0.0),
-        Some(Place::Left)
-    );
 }
 
 #[test]
@@ -480,19 +277,6 @@ fn a_cause_persists_as_long_as_it_is_out_of_bounds_now() {
             Fault::Undervoltage | Fault::Overcurrent | Fault::Overspeed | Fault::Estimator
         );
         assert_eq!(CONFIG.persists(*fault, &worst), persists, "{fault:?}");
-    }
-}
-
-#[test]
-fn a_heartbeat_is_overdue_after_its_deadline_and_not_before() {
-    let mut heartbeat = Heartbeat::new(3);
-    for _ in 0..3 {
-        for _ in 0..3 {
-            assert!(heartbeat.beat(false));
-        }
-        assert!(!heartbeat.beat(false));
-        assert!(!heartbeat.beat(false));
-        assert!(heartbeat.beat(true));
     }
 }
 

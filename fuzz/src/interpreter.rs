@@ -374,9 +374,13 @@ impl<'a> Session<'a> {
         let mixes = |letters: [bool; 2]| letters == [true; 2];
         let counts = matches!(line.body, Ok(_) | Err(Damage::Tag)) && !stops(&line);
         let together = self.letters.map(|letters| both(letters, line.letters));
-        if counts && required && (mixes(line.letters) || together.is_some_and(mixes)) {
+        let refused = mixes(line.letters) || together.is_some_and(mixes);
+        if counts && self.stale {
+            // What was required then is not known.
+            doubts.may.add(Codes::CHECKSUM);
+        } else if counts && required && refused {
             doubts.must = Codes::CHECKSUM;
-        } else if counts && (required && together.is_none() || self.stale) {
+        } else if counts && required && together.is_none() {
             doubts.may.add(Codes::CHECKSUM);
         }
         match late {

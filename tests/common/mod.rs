@@ -20,8 +20,8 @@ pub(crate) const DEGREES: f64 = 180.0 / PI;
 pub(crate) struct Perfect {
     config: Config,
     speed: Twist,
-    /// In the cycle before.
-    before: Twist,
+    /// What its motors are driven for, and were in the cycle before.
+    driven: [Twist; 2],
     rolled: [f64; 2],
     /// The outputs refuse to be written.
     broken: std::rc::Rc<std::cell::Cell<bool>>,
@@ -95,7 +95,7 @@ impl VirtualVehicle for Perfect {
         }
         self.hand.drives.set(true);
         self.hand.brakes.set(false);
-        self.before = self.speed;
+        self.driven = [speed, self.driven[0]];
         self.speed = speed;
         Ok(())
     }
@@ -103,7 +103,7 @@ impl VirtualVehicle for Perfect {
     fn off(&mut self) -> Result<(), OutputError> {
         self.hand.drives.set(false);
         self.hand.brakes.set(false);
-        self.before = Twist::ZERO;
+        self.driven = [Twist::ZERO; 2];
         self.speed = Twist::ZERO;
         if self.broken.get() {
             return Err(OutputError);
@@ -121,11 +121,11 @@ impl VirtualVehicle for Perfect {
         let geometry = &self.config.geometry;
         let per_count = geometry.per_count();
         let speeds = geometry.wheel_speeds(self.speed);
-        let before = geometry.wheel_speeds(self.before);
+        let [driven, before] = self.driven.map(|speed| geometry.wheel_speeds(speed));
         [0, 1].map(|wheel: usize| Wheel {
             count: (self.rolled[wheel] / per_count[wheel]) as i64,
             speed: speeds[wheel],
-            duty: self.duty(wheel, before[wheel], speeds[wheel]),
+            duty: self.duty(wheel, before[wheel], driven[wheel]),
         })
     }
 }
@@ -170,7 +170,7 @@ impl Rig {
         let vehicle = Perfect {
             config: config.vehicle,
             speed: Twist::ZERO,
-            before: Twist::ZERO,
+            driven: [Twist::ZERO; 2],
             rolled: [0.0; 2],
             broken: std::rc::Rc::clone(&broken),
             hand: std::rc::Rc::clone(&hand),
@@ -392,12 +392,8 @@ impl Rig {
     }
 
     /// Something on the same processor asks for this, past the desk.
-    #[allow(
-        clippy::large_types_passed_by_value,
-        reason = "as the controller takes it"
-    )]
-    pub(crate) fn act(&mut self, action: Action<Config>) {
-        assert!(self.controller.request(action).is_ok());
+    pub(crate) fn act(&mut self, action: &Action<Config>) {
+        assert!(self.controller.request(*action).is_ok());
     }
 
     /// What is known after the last tick.

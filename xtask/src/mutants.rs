@@ -9,9 +9,6 @@ use crate::run::{Outcome, Session};
 /// What to change.
 #[derive(clap::Args)]
 pub struct Options {
-    /// Only mutants whose description fits this pattern
-    #[arg(long)]
-    only: Option<String>,
     /// Only a part of them, such as 0/4: for several machines, or several evenings
     #[arg(long)]
     shard: Option<String>,
@@ -30,9 +27,6 @@ pub fn run(session: &Session, options: &Options) -> Result<Outcome> {
         }
     }
     let mut mutants = session.cargo("mutants --jobs 1 --output target");
-    if let Some(pattern) = &options.only {
-        mutants.args(["--re", pattern]);
-    }
     if let Some(shard) = &options.shard {
         mutants.args(["--shard", shard]);
     }
