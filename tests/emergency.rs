@@ -79,6 +79,40 @@ fn clearfault_then_estop_in_one_burst_does_not() {
 }
 
 #[test]
+fn what_came_before_an_estop_does_not_undo_it() {
+    let mut rig = Rig::new();
+    rig.ok("EStop");
+    rig.tick();
+    // The list keeps the others waiting.
+    rig.receive(b"ListParams\nClearFault\nm inf 0.5 2\nt inf 90\nEStop\n");
+    rig.pump();
+    for _ in 0..2000 {
+        rig.tick();
+        assert_eq!(speed(&rig), 0.0);
+        assert_eq!(rig.snapshot().fault, Some(Fault::Estop));
+    }
+    let replies = rig.ask_all(b"", 5);
+    for (reply, wanted) in replies[1..]
+        .iter()
+        .zip(["ERR fault", "ERR fault", "ERR fault"])
+    {
+        assert!(reply.starts_with(wanted), "{replies:?}");
+    }
+    assert_eq!(replies[4], "OK", "{replies:?}");
+    rig.ok("ClearFault");
+    rig.ok("m 0.1");
+}
+
+#[test]
+fn a_stop_does_not_wait_for_a_list() {
+    let mut rig = moving();
+    rig.listening = false;
+    rig.receive(b"ListParams\nStop\n");
+    rig.run(0.6);
+    assert_eq!(speed(&rig), 0.0, "0.5 m/s at 1 m/s² take 0.5 s");
+}
+
+#[test]
 fn no_fault_clears_while_the_emergency_stop_is_open() {
     let mut rig = Rig::after(Params::default(), Some(Fault::Watchdog));
     assert_eq!(rig.ask("GetStatus"), "Status HOLD HOLD enabled watchdog");

@@ -118,15 +118,29 @@ fn what_fits_takes_the_suspicion_away_again() {
 }
 
 #[test]
-fn another_contradiction_begins_anew() {
+fn running_the_other_way_is_suspected_anew() {
     let mut bench = Bench::at([0.5; 2]);
     for _ in 0..20 {
-        // 15 ms at 1.5, 60 ms at 0.5, 60 ms at 0.5: none lasts.
-        for (measured, seconds) in [(-0.5, 0.015), (0.0, 0.06), (0.2, 0.06)] {
+        // 15 ms at 1.5, 60 ms at 0.5: neither lasts.
+        for (measured, seconds) in [(-0.5, 0.015), (0.0, 0.06)] {
             bench.measure([measured, 0.5]);
             assert_eq!(bench.run(seconds), None, "{measured}");
         }
     }
+}
+
+#[test]
+fn a_wheel_that_now_stands_and_now_turns_too_slowly_is_found_as_one_that_does_either() {
+    let mut bench = Bench::at([0.5; 2]);
+    let mut seconds = 0.0_f32;
+    while bench.measure([0.0, 0.5]).run(0.008).is_none()
+        && bench.measure([0.2, 0.5]).run(0.008).is_none()
+    {
+        seconds += 0.016;
+        assert!(seconds < 0.2, "not found");
+    }
+    // 0.5 for each second, and 40 ms are a verdict.
+    assert!((seconds - 0.08).abs() < 0.02, "{seconds} s");
 }
 
 #[test]

@@ -224,8 +224,14 @@ impl<C> Interface<C> {
         self.send(Action::Stop)
     }
 
-    /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits.
+    /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits; one that would move the base or clear
+    /// the fault is dropped.
     pub fn emergency_stop(&mut self) {
+        if let Some(action @ (Action::Move(_) | Action::Turn(_) | Action::ClearFault)) =
+            &mut self.request
+        {
+            *action = Action::Live;
+        }
         self.emergency = true;
         self.emergencies_sent = self.emergencies_sent.wrapping_add(1);
     }

@@ -156,7 +156,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.emergency_ticket = request.ticket.unwrap_or(self.emergency_ticket);
             return Ok(());
         }
-        if let Action::Live = request.action {
+        if let (Action::Live, None) = (request.action, request.ticket) {
             return Ok(());
         }
         self.requests.push_back(request)
@@ -205,7 +205,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.rotation.release();
             let off = if self.braking > 0.0 {
                 self.braking -= elapsed.seconds;
-                self.vehicle.brake()
+                let braked = self.vehicle.brake();
+                if braked.is_err() {
+                    // What cannot be told to brake may still be driven: then its driver is off at once.
+                    self.braking = 0.0;
+                    let _ = self.vehicle.off();
+                }
+                braked
             } else {
                 self.vehicle.off()
             };

@@ -48,6 +48,16 @@ pub enum Command {
     Plain(Keyword),
 }
 
+impl Command {
+    /// True if it may move the base, or let it.
+    pub fn may_move(&self) -> bool {
+        matches!(
+            self,
+            Self::Move(_) | Self::Turn(_) | Self::Plain(Keyword::ClearFault | Keyword::Enable)
+        )
+    }
+}
+
 /// The words of a line: separated by blanks, or one comma with optional blanks.
 struct Words<'a> {
     rest: &'a [u8],

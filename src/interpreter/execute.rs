@@ -106,7 +106,10 @@ impl Interpreter {
     /// Commands without parameters that are answered `OK`.
     fn act(&mut self, desk: &mut Desk, keyword: Keyword) -> Result<(), Error> {
         match keyword {
-            Keyword::Stop => desk.stop().map_err(refuse),
+            Keyword::Stop => {
+                self.halt = false;
+                desk.stop().map_err(refuse)
+            }
             Keyword::EStop => {
                 desk.emergency_stop();
                 Ok(())

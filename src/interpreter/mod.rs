@@ -21,6 +21,7 @@ pub use text::MAX_LINE;
 
 use crate::controller::{AxisCommand, Event, Interface, Snapshot};
 use crate::params::{Fallback, Id, Params, radians};
+use crate::supervisor::Fault;
 use crate::time::Duration;
 use crate::vehicle::differential;
 use command::Command;
@@ -167,7 +168,15 @@ impl Interpreter {
             Ok(Command::Plain(keyword @ (Keyword::Stop | Keyword::EStop))) => Some(keyword),
             _ => None,
         };
-        self.emergency |= stops == Some(Keyword::EStop);
+        if stops == Some(Keyword::EStop) {
+            self.emergency = true;
+            // It is obeyed before them, and they do not undo it.
+            for waiting in &mut self.waiting {
+                if waiting.command.as_ref().is_ok_and(Command::may_move) {
+                    waiting.command = Err(Error::Fault(Fault::Estop));
+                }
+            }
+        }
         self.halt |= stops == Some(Keyword::Stop);
         if self.late.is_empty() && self.waiting.len() < MAX_UNANSWERED {
             // There is room: fewer than four wait, and none is late.
@@ -214,9 +223,6 @@ impl Interpreter {
         if core::mem::take(&mut self.emergency) {
             desk.emergency_stop();
         }
-        if self.halt {
-            self.halt = self.storage.errand.is_some() && desk.stop().is_err();
-        }
         if !self.boot_told && self.has_room() {
             self.boot_told = true;
             self.tell_boot();
@@ -232,6 +238,11 @@ impl Interpreter {
             self.tell_event(event);
         }
         while self.has_room() && self.answer_next(desk) {}
+        // What a Stop has to wait for may take long, or never end if nobody reads.
+        let waits = self.storage.errand.is_some() || self.listing.is_some() || !self.has_room();
+        if self.halt && waits {
+            self.halt = desk.stop().is_err();
+        }
         if self.stream.is_due(desk.snapshot().time) {
             self.tell(desk.snapshot());
         }

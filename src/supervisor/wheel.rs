@@ -129,8 +129,11 @@ impl WheelMonitor {
 
     /// True if the wheel has rolled farther than it can: more than `reach` in this cycle, and nothing in the last ones that would make up for it.
     pub(super) fn jumps(&mut self, rolled: f32, reach: f32, max_speed: f32) -> bool {
-        self.ahead = larger(self.ahead + rolled.abs() - reach, 0.0);
-        self.ahead > REACH * REACH_TIME * max_speed
+        let limit = REACH * REACH_TIME * max_speed;
+        let ahead = larger(self.ahead + rolled.abs() - reach, 0.0);
+        // However far it was, it is told once.
+        self.ahead = smaller(ahead, limit);
+        ahead > limit
     }
 
     /// True if it has rolled farther than it can lately.
@@ -167,9 +170,15 @@ impl WheelMonitor {
             Contradiction::Differs
         };
         if contradiction != self.contradiction {
+            // A wheel that loses most of its counts now stands and now turns too slowly: either is evidence of the same. But one that was held for
+            // longer than a verdict takes, as a motor's current can say, has come free.
+            let reverses = contradiction == Contradiction::Reversed
+                || self.contradiction == Contradiction::Reversed;
+            if reverses || self.is_convicted() {
+                self.suspicion = 0.0;
+                self.turning = 0.0;
+            }
             self.contradiction = contradiction;
-            self.suspicion = 0.0;
-            self.turning = 0.0;
         }
         let fastest = match contradiction {
             Contradiction::Reversed => FASTEST_REVERSED,
