@@ -8,6 +8,7 @@ use crate::robot::Robot;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use vehicle_controller::params::Id;
+use vehicle_controller::supervisor::{Fault, Reaction};
 
 /// A stream of velocities has this period, ms.
 const STREAM_MS: u64 = 50;
@@ -117,6 +118,12 @@ impl Driver {
         if book.disabled && random.random_bool(0.5) {
             return vec![plain("Enable", Said::Enable)];
         }
+        // Power off and on again on the way to rest must not take back that a fault switches off.
+        let stops = |fault: Fault| fault.reaction() == Reaction::Stop;
+        if book.latched.is_some_and(stops) && !book.disabled && random.random_bool(0.3) {
+            self.next = now + random.random_range(10..300);
+            return vec![plain("Disable", Said::Disable)];
+        }
         match random.random_range(0..100) {
             0..20 => vec![self.motion(0, random, book, is_idle)],
             20..40 => vec![self.motion(1, random, book, is_idle)],
@@ -196,11 +203,11 @@ impl Driver {
         let axis = random.random_range(0..2);
         let max = self.limits[axis][1];
         let acceleration = written(log(random, 0.1 * max, max)).min(max);
-        self.drive(axis, 0.0, acceleration)
+        Self::drive(axis, 0.0, acceleration)
     }
 
     /// A motion without an end at a velocity.
-    fn drive(&self, axis: usize, velocity: f64, acceleration: f64) -> Wish {
+    fn drive(axis: usize, velocity: f64, acceleration: f64) -> Wish {
         let speed = velocity.abs();
         let sign = if velocity < 0.0 { "-" } else { "" };
         Wish {
@@ -258,7 +265,7 @@ impl Driver {
             ..
         } = *stream;
         [0, 1]
-            .map(|axis| self.drive(axis, speeds[axis], accelerations[axis]))
+            .map(|axis| Self::drive(axis, speeds[axis], accelerations[axis]))
             .into()
     }
 

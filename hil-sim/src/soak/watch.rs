@@ -297,7 +297,129 @@ fn is_covariance([xx, xy, xt, yy, yt, tt]: &[f64; 6]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::is_covariance;
+    use super::*;
+    use crate::soak::line::{Answer, Motion, Said, Sent};
+
+    /// A base that was told to move at 0.5 m/s with 1 m/s², and looked at in each tick.
+    struct Desk {
+        watch: Watch,
+        book: Book,
+        sight: Sight,
+        now: u64,
+    }
+
+    impl Desk {
+        fn new() -> Self {
+            let robot = Robot::load("default").unwrap();
+            let mut desk = Self {
+                watch: Watch::new(&robot),
+                book: Book::new(&robot.params),
+                sight: Sight {
+                    is_finite: true,
+                    duties: [0.1; 2],
+                    ..Sight::default()
+                },
+                now: 0,
+            };
+            let motion = Motion {
+                endless: true,
+                distance: 0.0,
+                speed: 0.5,
+                acceleration: 1.0,
+                gives: [true; 2],
+            };
+            let sent = Sent {
+                tag: 1,
+                at: 0,
+                said: Said::Motion(0, motion),
+                while_latched: false,
+            };
+            desk.book.note_sent(&sent);
+            desk.watch.note_motion(0);
+            let refusal = None;
+            desk.book.note_answer(0, &Answer { sent, refusal });
+            desk
+        }
+
+        /// A tick later, with this reference: what is complained of.
+        fn look(&mut self, reference: f64) -> Vec<&'static str> {
+            self.now += 1;
+            self.sight.clock = 1000 * self.now;
+            self.sight.axes[0].reference = reference;
+            let (complaints, change) = self.watch.look(self.now, &self.sight, &self.book);
+            if let Some(Change::Latched(fault)) = change {
+                self.book.note_fault(fault);
+            }
+            complaints.iter().map(|complaint| complaint.kind).collect()
+        }
+    }
+
+    const STEPS: &str = "a reference steps";
+    const DRIVEN: &str = "a motor is driven that should be off";
+
+    #[test]
+    fn a_reference_goes_as_it_was_told_and_not_otherwise() {
+        let mut desk = Desk::new();
+        assert!(desk.look(0.0).is_empty());
+        assert!(desk.look(0.001).is_empty());
+        assert_eq!(desk.look(0.0021), [STEPS], "10 % too fast");
+        assert!(desk.look(0.0011).is_empty());
+        assert_eq!(
+            desk.look(0.0),
+            [STEPS],
+            "down at once while the motors are on"
+        );
+        let mut desk = Desk::new();
+        desk.look(0.4999);
+        assert!(desk.look(0.5).is_empty());
+        assert_eq!(desk.look(0.5001), [STEPS], "beyond the command");
+        // As far behind as it may be, a reference goes on from the speed of the base, and only down to it.
+        desk.look(0.5);
+        desk.sight.axes[0].error = 0.006;
+        desk.sight.axes[0].speed = 0.3;
+        assert!(desk.look(0.3).is_empty());
+        assert_eq!(desk.look(0.2), [STEPS]);
+    }
+
+    #[test]
+    fn motors_are_off_in_time() {
+        let mut desk = Desk::new();
+        desk.look(0.001);
+        desk.sight.fault = Some(Fault::NoMotion);
+        assert!(desk.look(0.001).is_empty());
+        assert!(desk.look(0.001).contains(&DRIVEN));
+        desk.sight.duties = [0.0; 2];
+        assert!(desk.look(0.0).is_empty());
+        desk.sight.duties = [0.0, 0.01];
+        assert_eq!(desk.look(0.0), [DRIVEN]);
+
+        // 0.5 m/s at 1 m/s²: a reference at rest after 0.5 s, motors off after 1.25·0.5 s + 0.6 s.
+        let mut desk = Desk::new();
+        for tick in 0..=500 {
+            desk.look(f64::from(tick) * 1e-3);
+        }
+        desk.sight.fault = Some(Fault::Link);
+        for tick in 1..=500 {
+            let complaints = desk.look(0.5 - f64::from(tick) * 1e-3);
+            assert!(complaints.is_empty(), "{tick} ms: {complaints:?}");
+        }
+        let late = (0..1000).position(|_| !desk.look(0.0).is_empty());
+        let late = 500 + late.unwrap();
+        assert!((1225..=1235).contains(&late), "{late} ms");
+    }
+
+    #[test]
+    fn nothing_gets_faster_with_a_fault_latched_or_cleared() {
+        let mut desk = Desk::new();
+        desk.look(0.001);
+        desk.sight.fault = Some(Fault::Link);
+        assert!(desk.look(0.001).is_empty());
+        assert_eq!(desk.look(0.002), [STEPS]);
+        desk.sight.fault = None;
+        desk.book.note_cleared(desk.now);
+        assert!(desk.look(0.0015).is_empty());
+        assert_eq!(desk.look(0.002), [STEPS]);
+    }
 
     #[test]
     fn covariances_are_told_from_other_matrices() {
