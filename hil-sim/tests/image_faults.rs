@@ -27,6 +27,8 @@ fn driving_for(lsi_hz: u64, milliseconds: u64) -> Client<ImageBase> {
         ..Setup::default()
     }));
     client.wait_for("! boot power-on", 100);
+    // Nobody need repeat himself here.
+    assert_eq!(client.ask("SetParam deadman 0"), "OK");
     assert_eq!(client.ask("m inf 0.3"), "OK");
     client.run(milliseconds);
     assert!(client.base.plant().speed().0 > 0.25, "it does not drive");

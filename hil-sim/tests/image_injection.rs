@@ -132,6 +132,8 @@ fn a_cut_line_carries_nothing_either_way() {
 fn motors_and_battery_fail_under_the_image_too() {
     let mut client = Client::new(emulated(&Setup::default()));
     client.run(300);
+    // What is looked at here are the motors, not what the supervisor says of them.
+    client.send("SetParam motor_tolerance 10");
     let inject = |client: &mut Client<_>, words: &[&str]| {
         Base::inject(&mut client.base, Fault::parse(words).unwrap()).unwrap();
     };
