@@ -279,3 +279,35 @@ fn no_disturbance_of_the_ticks_steps_a_reference_or_moves_the_end() {
         assert!((end.theta - pose.theta).abs() < 2e-6, "{name}: {end:?}");
     }
 }
+
+#[test]
+fn gaps_of_any_length_leave_the_speed_that_of_the_wheels() {
+    for gap in [0.02, 0.04, 0.06, 0.1, 0.3, 1.0, 3.0, 10.0, 600.0] {
+        for between in [1, 3, 10, 30] {
+            let (mut vehicle, counts) = vehicle::<u32>(&counts::config(geometry()), [0, 0]);
+            let mut t = 0.0;
+            let mut tick = |dt: f64| {
+                t += dt;
+                for (count, speed) in counts.iter().zip([0.28, -0.32]) {
+                    count.set(quantised(speed * t / COUNT, 0.0));
+                }
+                vehicle.sense(dt as f32);
+                vehicle.wheels().map(|wheel| wheel.speed)
+            };
+            for _ in 0..50 {
+                for _ in 0..between {
+                    let [left, right] = tick(1e-3);
+                    // While it settles, a count more or less is 0.1 m/s.
+                    assert!((left - 0.28).abs() < 0.35 && (right + 0.32).abs() < 0.35);
+                }
+                tick(gap);
+            }
+            // One count in the innovation is up to 10 mm/s.
+            let mut last = [0.0; 2];
+            (0..300).for_each(|_| last = tick(1e-3));
+            let [left, right] = last;
+            assert!((left - 0.28).abs() < 0.012, "{gap} s: {left}");
+            assert!((right + 0.32).abs() < 0.012, "{gap} s: {right}");
+        }
+    }
+}

@@ -300,3 +300,23 @@ fn a_base_that_is_blocked_is_told_from_one_whose_wheels_fight() {
         assert!(!drives(&rig));
     }
 }
+
+#[test]
+fn new_parameters_take_no_time_and_keep_what_is_latched() {
+    let mut plain = moving();
+    let mut changed = moving();
+    for rig in [&mut plain, &mut changed] {
+        rig.inputs.battery = TOO_LOW;
+    }
+    for gate in 1..200 {
+        changed.ask(&format!("SetParam gate {gate}"));
+        changed.tick();
+        plain.tick();
+        // The supervisor counts the time, and the base goes on as it did.
+        assert_eq!(fault(&plain), fault(&changed), "{gate}");
+        // Half a millimetre to a tick; what is rounded is some 1e-10.
+        let apart = plain.estimate().pose.x - changed.estimate().pose.x;
+        assert!(apart.abs() < 1e-7, "{gate}: {apart}");
+    }
+    assert_eq!(fault(&changed), Some(Fault::Undervoltage));
+}

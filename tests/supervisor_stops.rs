@@ -233,3 +233,17 @@ fn motors_that_are_switched_off_brake_for_half_a_second() {
         assert!((braked - 0.5).abs() < 0.003, "{braked}");
     }
 }
+
+#[test]
+fn a_slow_stop_is_not_cut_short() {
+    // 0.5 m/s at 0.25 m/s², and 61 °/s at 30 °/s²: 2 s each.
+    for (line, ramp) in [("m inf 0.5 2", 2.0), ("t inf 61 1000", 61.0 / 30.0)] {
+        let mut rig = with(&[(Id::StopAccel, 0.25), (Id::StopTurnAccel, 30.0)]);
+        rig.ok(line);
+        rig.run(1.0);
+        rig.inputs.battery = TOO_LOW;
+        until(&mut rig, 0.3, |rig| fault(rig).is_some());
+        let stopped = until(&mut rig, 3.0, |rig| !drives(rig));
+        assert!((stopped - ramp).abs() < 0.01, "{line}: {stopped}");
+    }
+}

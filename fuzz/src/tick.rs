@@ -114,7 +114,7 @@ impl<'a, C: Counter> Base<'a, C> {
             93 => *left_follows ^= true,
             94 => *right_follows ^= true,
             // Long enough for the slowest fault.
-            95..=99 => (0..=u16::from(source.byte()) * 4).for_each(|_| self.tick(PERIOD.ticks())),
+            95 => (0..=u16::from(source.byte()) * 4).for_each(|_| self.tick(PERIOD.ticks())),
             100 => self.inputs.battery = Some(source.f32()),
             101 => self.inputs.battery = None,
             102 => self.inputs.currents = [Some(source.f32()), Some(source.f32())],

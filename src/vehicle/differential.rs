@@ -76,6 +76,19 @@ where
         vehicle.configure(config);
         vehicle
     }
+
+    /// Another interval than before. After a gap there is no telling how the speed came about.
+    #[cold]
+    #[inline(never)]
+    fn retune(&mut self, metres: [f32; 2], dt: f32) {
+        self.gains = Gains::new(self.config.observer_bandwidth, dt);
+        self.gains_dt = dt;
+        if dt > Observer::GAP {
+            for (observer, moved) in self.observers.iter_mut().zip(metres) {
+                observer.restart(moved / dt);
+            }
+        }
+    }
 }
 
 impl<L, R, DL, DR> VirtualVehicle for DifferentialDrive<L, R, DL, DR>
@@ -103,12 +116,10 @@ where
 
     fn sense(&mut self, dt: f32) -> Motion {
         let counts = [self.left.read(), self.right.read()];
-        let geometry = &self.config.geometry;
-        let metres = geometry.rolled(counts);
+        let metres = self.config.geometry.rolled(counts);
         if dt > 0.0 {
             if dt != self.gains_dt {
-                self.gains = Gains::new(self.config.observer_bandwidth, dt);
-                self.gains_dt = dt;
+                self.retune(metres, dt);
             }
             for (observer, moved) in self.observers.iter_mut().zip(metres) {
                 observer.update(moved, &self.gains);
@@ -118,6 +129,7 @@ where
                 observer.update_at_once(moved);
             }
         }
+        let geometry = &self.config.geometry;
         Motion {
             increment: self.carry.advance(geometry, counts),
             speed: geometry.twist(self.observers.map(|o| o.speed())),

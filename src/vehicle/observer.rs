@@ -44,8 +44,19 @@ pub struct Observer {
 }
 
 impl Observer {
+    /// After so long, s, the speed is taken from what has been rolled meanwhile. The filter is stable at any interval, but not while long ones come and
+    /// go: it would carry the acceleration of a millisecond on over a second.
+    pub const GAP: f32 = 0.05;
     /// Below this the state is rest (m/s): decaying further only costs denormal arithmetic.
     const REST: f32 = 1e-9;
+
+    /// Begins anew, at this speed (m/s).
+    pub fn restart(&mut self, speed: f32) {
+        *self = Self {
+            speed,
+            ..Self::default()
+        };
+    }
 
     /// Takes in a displacement in metres that happened over the gains' interval.
     pub fn update(&mut self, moved: f32, gains: &Gains) {
