@@ -146,8 +146,8 @@ impl Driver {
                 vec![plain("Disable", Said::Disable)]
             }
             96..98 => vec![plain("EStop", Said::EStop)],
-            98 => vec![other("SaveParams".into())],
-            _ => vec![plain("ClearFault", Said::ClearFault)],
+            98 if book.latched.is_none() => vec![plain("ClearFault", Said::ClearFault)],
+            _ => vec![other("SaveParams".into())],
         }
     }
 
