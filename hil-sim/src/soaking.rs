@@ -81,9 +81,9 @@ pub fn soak_command(options: &Options) -> Result<()> {
     bar.finish_and_clear();
     let seconds = start.elapsed().as_secs_f64();
     let simulated = tally.ticks.iter().sum::<u64>() as f64 * 1e-3;
-    write!(
+    writeln!(
         std::io::stdout(),
-        "{tally}it took {seconds:.1} s, {:.0} times as fast as real time\n",
+        "{tally}it took {seconds:.1} s, {:.0} times as fast as real time",
         simulated / seconds
     )
     .context("standard output")?;

@@ -142,8 +142,9 @@ impl Line {
             match byte {
                 b'\r' => {}
                 b'\n' => {
-                    let line = String::from_utf8_lossy(&std::mem::take(&mut self.partial)).into();
-                    answers.extend(self.understand(at, line));
+                    let line = std::mem::take(&mut self.partial);
+                    let line = String::from_utf8_lossy(&line);
+                    answers.extend(self.understand(at, &line));
                 }
                 byte => self.partial.push(*byte),
             }
@@ -151,8 +152,8 @@ impl Line {
         answers
     }
 
-    fn understand(&mut self, at: u64, line: String) -> Option<Answer> {
-        self.keep(at, &line, '<');
+    fn understand(&mut self, at: u64, line: &str) -> Option<Answer> {
+        self.keep(at, line, '<');
         let (tag, text) = line.strip_prefix('@')?.split_once(' ')?;
         let tag: u16 = tag.parse().ok()?;
         // Answers come in order; of one that is gone, nothing is expected any more.

@@ -143,7 +143,7 @@ impl<B: Watched> Shard<'_, B> {
             .next()
             .is_some_and(|sent| sent.at + ANSWER_MS < now)
         {
-            self.complain(now, "a line is not answered", String::new());
+            self.complain(now, "a line is not answered", "");
             self.book.note_lost(&self.line.lose());
         }
         self.book.expire(now);
@@ -151,7 +151,7 @@ impl<B: Watched> Shard<'_, B> {
         self.remember(now);
         let (complaints, change) = self.watch.look(now, &self.sight, &self.book);
         for complaint in complaints {
-            self.complain(now, complaint.kind, complaint.detail);
+            self.complain(now, complaint.kind, &complaint.detail);
         }
         match change {
             Some(Change::Latched(fault)) => self.latched(now, fault),
@@ -285,7 +285,11 @@ impl<B: Watched> Shard<'_, B> {
             self.tally.motions += 1;
         }
         if !good {
-            self.complain(now, "an answer is not as it must be", format!("{answer:?}"));
+            self.complain(
+                now,
+                "an answer is not as it must be",
+                &format!("{answer:?}"),
+            );
         }
     }
 
@@ -320,7 +324,7 @@ impl<B: Watched> Shard<'_, B> {
             Fault::Output | Fault::Watchdog | Fault::Overrun | Fault::Estimator | Fault::Storage
         );
         if !possible {
-            self.complain(now, "a fault that cannot be", fault.name().into());
+            self.complain(now, "a fault that cannot be", fault.name());
         }
         self.book.note_fault(fault);
         let at = now + log(&mut self.random, 50.0, 4000.0) as u64;
@@ -331,7 +335,7 @@ impl<B: Watched> Shard<'_, B> {
         }
     }
 
-    fn complain(&mut self, now: u64, kind: &'static str, detail: String) {
+    fn complain(&mut self, now: u64, kind: &'static str, detail: &str) {
         self.tally.violations += 1;
         let what = if detail.is_empty() {
             kind.to_owned()
