@@ -2,13 +2,11 @@
 //!
 //! Five tests send some million lines each, ten million with one or two flips together; `NOISE_LINES=10000000` makes it ten million each.
 //!
-//! Two things are counted apart. The hex digits of a check may be of either case, so a flip that only makes a `B` of a `b` changes nothing of what the
-//! line says: it is obeyed, and rightly. And `Stop` and `EStop` need no check: noise may make one of something else.
+//! Every line that is not refused counts. `Stop` and `EStop` need no check, so damaged ones stop the base or do nothing: they are looked at apart.
 
 mod common;
 
 use common::{Random, Rig, checked, crc};
-use vehicle_controller::params::{Id, Params};
 
 const LINES: &[&str] = &[
     "m 1",
@@ -18,8 +16,6 @@ const LINES: &[&str] = &[
     "t 90",
     "turn -inf 20",
     "@17 t 1e-3 0",
-    "Stop",
-    "EStop",
     "GetEstPos",
     "CorrectPos 0.1 0 2 0.5 0 0 0 0.5 0 0 0 0.5",
     "ResetPos 1 2 90 0.01 0 0 0.02 0 4",
@@ -41,12 +37,41 @@ const LINES: &[&str] = &[
     "@65535 GetWheels",
 ];
 
-/// A base that requires checks.
-fn strict() -> Rig {
-    let mut params = Params::default();
-    params.set(Id::RequireCrc, 1.0).unwrap();
-    let mut rig = Rig::with(params);
-    rig.bytes();
+const STOPS: &[&str] = &["Stop", "EStop", "@3 Stop", "@65535 estop"];
+
+/// How a client writes the letters of its checks.
+#[derive(Clone, Copy, PartialEq)]
+enum Letters {
+    Upper,
+    Lower,
+}
+
+impl Letters {
+    const BOTH: [Self; 2] = [Self::Upper, Self::Lower];
+
+    /// A line with its check, without its end.
+    fn checked(self, line: &str) -> Vec<u8> {
+        let mut line = checked(line).into_bytes();
+        if self == Self::Lower {
+            let at = line.len() - 4;
+            line[at..].make_ascii_lowercase();
+        }
+        line
+    }
+
+    /// Lines as they are sent.
+    fn sent(self, lines: &[&str]) -> Vec<Vec<u8>> {
+        let with_end = |line: &&str| [self.checked(line), b"\n".to_vec()].concat();
+        lines.iter().map(with_end).collect()
+    }
+}
+
+/// A base of which such a client has required checks.
+fn strict(letters: Letters) -> Rig {
+    let mut rig = Rig::new();
+    let reply = rig.ask_bytes(&letters.sent(&["SetParam require_crc 1"])[0]);
+    assert!(reply.starts_with("OK*"), "{reply}");
+    rig.tick();
     rig
 }
 
@@ -56,18 +81,24 @@ struct Count {
     sent: u64,
     /// The check was right, though the line was not what had been sent.
     passed: u64,
-    /// Of these, so many were obeyed …
+    /// Of these, so many were obeyed.
     obeyed: u64,
-    /// Only the case of the check's letters was different: not among the above.
-    same: u64,
-    /// A Stop or EStop lost its check, so it needed none: not among the above.
+    /// What was to stop the base did so without its check, or in spite of it: not among the above.
     stops: u64,
-    /// A Stop or EStop without a check came of another line: not among the above.
-    made_stops: u64,
+}
+
+impl Count {
+    fn add(&mut self, other: &Self) {
+        self.sent += other.sent;
+        self.passed += other.passed;
+        self.obeyed += other.obeyed;
+        self.stops += other.stops;
+    }
 }
 
 /// Sends damaged lines to a base, and counts what it obeys.
 struct Noise {
+    letters: Letters,
     rig: Rig,
     untouched: String,
     next: Vec<u8>,
@@ -75,12 +106,13 @@ struct Noise {
 }
 
 impl Noise {
-    fn new() -> Self {
-        let rig = strict();
+    fn new(letters: Letters) -> Self {
+        let rig = strict(letters);
         Self {
+            letters,
             untouched: rig.state(),
             rig,
-            next: checked("GetTime").into_bytes(),
+            next: letters.checked("GetTime"),
             count: Count::default(),
         }
     }
@@ -99,37 +131,25 @@ impl Noise {
             .split(|b| is_end(*b))
             .filter(|line| line.iter().any(|b| !b" \t".contains(b)));
         let mut touched = false;
-        let mut answered = 0;
-        for line in lines {
+        for (n, line) in lines.enumerate() {
             // After one that is obeyed, the others wait for a tick.
-            while replies.len() <= answered {
+            while replies.len() <= n {
                 self.rig.tick();
                 touched = true;
                 replies.extend(self::replies(&self.rig.bytes()));
             }
-            let reply = &replies[answered];
-            answered += 1;
-            let code = code(reply);
+            let code = code(&replies[n]);
             touched |= code.is_none();
             if let Some(b"checksum" | b"bad-byte" | b"too-long" | b"busy") = code {
-            } else if is_stop(line)
-                && original
-                    .to_ascii_lowercase()
-                    .windows(5)
-                    .any(|w| w == b"stop*")
-            {
+            } else if is_stop(line) && is_stop(original) {
                 self.count.stops += 1;
-            } else if is_stop(line) {
-                self.count.made_stops += 1;
-            } else if damaged.len() == original.len() && is_same(original, damaged) {
-                self.count.same += 1;
             } else {
                 self.count.passed += 1;
                 self.count.obeyed += u64::from(code.is_none());
             }
         }
         if touched {
-            self.rig = strict();
+            self.rig = strict(self.letters);
         } else if self.count.sent.is_multiple_of(10_000) {
             self.rig.assert_unchanged(&self.untouched, "noise");
         }
@@ -154,41 +174,23 @@ fn code(reply: &[u8]) -> Option<&[u8]> {
     reply[at + 4..].split(|b| *b == b' ').next()
 }
 
-/// A Stop or EStop, perhaps with a tag, without a check.
+/// A Stop or EStop, perhaps with a tag or a check.
 fn is_stop(line: &[u8]) -> bool {
-    let line = line.trim_ascii().to_ascii_lowercase();
-    let command = match line.strip_prefix(b"@") {
+    let line = line.to_ascii_lowercase();
+    let content = line.split(|b| *b == b'*').next().unwrap_or_default();
+    let content = content.trim_ascii();
+    let command = match content.strip_prefix(b"@") {
         Some(tagged) => {
             let end = tagged.iter().position(|b| !b.is_ascii_digit());
             tagged[end.unwrap_or(tagged.len())..].trim_ascii()
         }
-        None => &line,
+        None => content,
     };
     matches!(command, b"stop" | b"estop")
 }
 
-/// Lines, with their LF, that differ in nothing but the case of the check's letters.
-fn is_same(a: &[u8], b: &[u8]) -> bool {
-    let at = a.len() - 5;
-    a[..at] == b[..at] && a[at..].eq_ignore_ascii_case(&b[at..])
-}
-
 fn flip(line: &mut [u8], bit: usize) {
     line[bit / 8] ^= 1 << (bit % 8);
-}
-
-/// The lines as they are sent; every other one with a check in lower case.
-fn sent() -> Vec<Vec<u8>> {
-    let cased = |(n, line): (usize, &&str)| {
-        let mut line = checked(line).into_bytes();
-        let at = line.len() - 4;
-        if n % 2 == 1 {
-            line[at..].make_ascii_lowercase();
-        }
-        line.push(b'\n');
-        line
-    };
-    LINES.iter().enumerate().map(cased).collect()
 }
 
 fn how_many(usually: u64) -> u64 {
@@ -198,24 +200,30 @@ fn how_many(usually: u64) -> u64 {
 
 #[test]
 fn undamaged_lines_are_obeyed() {
-    let obeyed = |line: &Vec<u8>| {
-        let mut rig = strict();
-        rig.receive(line);
-        rig.pump();
-        code(&rig.bytes()).is_none()
-    };
-    let lines = sent();
-    // But for ObserveScalar's age: so long there is no past.
-    assert_eq!(
-        lines.iter().filter(|line| obeyed(line)).count(),
-        lines.len() - 2
-    );
+    for letters in Letters::BOTH {
+        let obeyed = |line: &Vec<u8>| {
+            let mut rig = strict(letters);
+            rig.receive(line);
+            rig.pump();
+            code(&rig.bytes()).is_none()
+        };
+        let lines = letters.sent(LINES);
+        // But for the observations' ages: so long there is no past.
+        assert_eq!(
+            lines.iter().filter(|line| obeyed(line)).count(),
+            lines.len() - 2
+        );
+        assert!(letters.sent(STOPS).iter().all(obeyed));
+    }
 }
 
-#[test]
-fn every_one_and_every_two_flips_of_every_line_are_noticed() {
-    let mut noise = Noise::new();
-    for line in sent() {
+/// Sends each line with each one and each two of its bits flipped; every other line as a client of lower case sends it.
+fn all_one_and_two_flips(lines: &[&str]) -> Count {
+    let mut count = Count::default();
+    for (n, line) in lines.iter().enumerate() {
+        let letters = Letters::BOTH[n % 2];
+        let mut noise = Noise::new(letters);
+        let line = &letters.sent(&[*line])[0];
         for first in 0..line.len() * 8 {
             for second in first..line.len() * 8 {
                 let mut damaged = line.clone();
@@ -223,14 +231,27 @@ fn every_one_and_every_two_flips_of_every_line_are_noticed() {
                 if second > first {
                     flip(&mut damaged, second);
                 }
-                noise.send(&line, &damaged);
+                noise.send(line, &damaged);
             }
         }
+        count.add(&noise.count);
     }
-    let count = noise.count;
     println!("{count:?}");
+    count
+}
+
+#[test]
+fn every_one_and_every_two_flips_of_every_line_are_noticed() {
+    let count = all_one_and_two_flips(LINES);
     assert_never(&count);
     assert!(count.sent > 400_000);
+}
+
+#[test]
+fn a_damaged_stop_stops_or_does_nothing() {
+    let count = all_one_and_two_flips(STOPS);
+    assert_eq!(count.passed, 0, "{count:?}");
+    assert!(count.stops > 0);
 }
 
 /// What one flip in a hex digit may do to its value: 'B' and 'C' are one flip from each other, and three bits.
@@ -270,16 +291,16 @@ fn no_two_flips_pass_in_a_line_of_any_length() {
             }
         }
     }
-    // Two in the check: if in two digits, each is wrong or of the other case.
+    // One or two in the check: each makes a digit wrong, or its letter of the other case, which is refused.
     assert_eq!(changes_of_a_digit(), [0, 1, 2, 3, 4, 6, 7, 8]);
 }
 
-fn storm(seed: u64, least: usize, most: usize) -> Count {
-    let lines = sent();
+fn storm(lines: &[&str], seed: u64, least: usize, most: usize) -> Count {
     let mut random = Random(seed);
-    let mut noise = Noise::new();
+    let mut clients = Letters::BOTH.map(|letters| (letters.sent(lines), Noise::new(letters)));
     let mut damaged = Vec::new();
-    for _ in 0..how_many(5_000_000) {
+    for n in 0..how_many(5_000_000) {
+        let (lines, noise) = &mut clients[(n % 2) as usize];
         let line = &lines[random.below(lines.len())];
         damaged.clone_from(line);
         let flips = least + random.below(most - least + 1);
@@ -296,8 +317,11 @@ fn storm(seed: u64, least: usize, most: usize) -> Count {
         }
         noise.send(line, &damaged);
     }
-    println!("{:?}", noise.count);
-    noise.count
+    let [(_, upper), (_, lower)] = clients;
+    let mut count = upper.count;
+    count.add(&lower.count);
+    println!("{count:?}");
+    count
 }
 
 /// At most 1 in 30 000.
@@ -307,28 +331,28 @@ fn assert_seldom(count: &Count) {
 
 /// None.
 fn assert_never(count: &Count) {
-    assert_eq!((count.passed, count.made_stops), (0, 0), "{count:?}");
+    assert_eq!((count.passed, count.stops), (0, 0), "{count:?}");
 }
 
 #[test]
 fn of_lines_with_one_flip_none_is_obeyed() {
-    assert_never(&storm(5, 1, 1));
+    assert_never(&storm(LINES, 5, 1, 1));
 }
 
 #[test]
 fn of_lines_with_two_flips_none_is_obeyed() {
-    assert_never(&storm(6, 2, 2));
+    assert_never(&storm(LINES, 6, 2, 2));
 }
 
 #[test]
 fn of_lines_with_three_to_eight_flips_hardly_any_is_obeyed() {
-    assert_seldom(&storm(7, 3, 8));
+    assert_seldom(&storm(&[LINES, STOPS].concat(), 7, 3, 8));
 }
 
 #[test]
 fn of_random_bytes_hardly_any_are_obeyed() {
     let mut random = Random(8);
-    let mut noise = Noise::new();
+    let mut noise = Noise::new(Letters::Upper);
     for _ in 0..how_many(2_500_000) {
         let mut line: Vec<u8> = (0..random.below(40)).map(|_| random.next() as u8).collect();
         line.push(b'\n');
@@ -341,7 +365,7 @@ fn of_random_bytes_hardly_any_are_obeyed() {
 #[test]
 fn of_good_commands_with_random_checks_hardly_any_are_obeyed() {
     let mut random = Random(9);
-    let mut noise = Noise::new();
+    let mut noise = Noise::new(Letters::Upper);
     for _ in 0..how_many(2_500_000) {
         let command = LINES[random.below(LINES.len())];
         let line = format!("{command}*{:04X}\n", random.next() & 0xFFFF);

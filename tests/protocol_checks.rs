@@ -180,3 +180,147 @@ fn damaged_lines_are_answered_with_a_check_when_one_is_required() {
         unchecked(&reply);
     }
 }
+
+/// A line with its check in lower case.
+fn lower(line: &str) -> String {
+    let (content, check) = line.rsplit_once('*').unwrap();
+    format!("{content}*{}", check.to_lowercase())
+}
+
+/// Lines whose checks have three letters, one and none.
+const LETTERS: &str = "@0 GetTime";
+const LETTER: &str = "@1 GetTime";
+const DIGITS: &str = "@3 GetTime";
+
+fn is_right(rig: &mut Rig, line: &str) -> bool {
+    let before = rig.state();
+    let reply = rig.ask(line);
+    let refused = unchecked(&reply).contains("ERR checksum ");
+    if refused {
+        rig.assert_unchanged(&before, line);
+    }
+    !refused
+}
+
+#[test]
+fn lines_have_the_letters_that_they_are_to_have() {
+    for (line, letters) in [(LETTERS, 3), (LETTER, 1), (DIGITS, 0)] {
+        let check = checked(line).split_off(line.len() + 1);
+        let found = check.bytes().filter(u8::is_ascii_alphabetic).count();
+        assert_eq!(found, letters, "{check}");
+    }
+}
+
+#[test]
+fn the_line_that_requires_checks_says_in_which_case() {
+    let set = checked("SetParam require_crc 1");
+    let upper: fn(&str) -> String = str::to_owned;
+    for [its, other] in [[upper, lower], [lower, upper]] {
+        let mut rig = Rig::new();
+        assert_eq!(unchecked(&rig.ask(&its(&set))), "OK");
+        rig.tick();
+        for _ in 0..2 {
+            for line in [LETTERS, LETTER, DIGITS].map(checked) {
+                assert!(is_right(&mut rig, &its(&line)), "{line}");
+            }
+            for line in [LETTERS, LETTER].map(checked) {
+                assert!(!is_right(&mut rig, &other(&line)), "{line}");
+            }
+            assert!(is_right(&mut rig, &other(&checked(DIGITS))));
+        }
+        // Set once more, it is still the same.
+        assert!(!is_right(&mut rig, &other(&set)));
+        assert!(is_right(&mut rig, &its(&set)));
+        rig.tick();
+        assert!(!is_right(&mut rig, &other(&checked(LETTER))));
+    }
+}
+
+#[test]
+fn without_a_line_that_says_it_the_first_letters_decide_the_case() {
+    for by_hand in [false, true] {
+        for is_lower in [false, true] {
+            let mut params = vehicle_controller::params::Params::default();
+            if !by_hand {
+                params
+                    .set(vehicle_controller::params::Id::RequireCrc, 1.0)
+                    .unwrap();
+            }
+            let mut rig = Rig::with(params);
+            if by_hand {
+                rig.ok("SetParam require_crc 1");
+            }
+            let cased = |line, is_lower| {
+                let line = checked(line);
+                if is_lower { self::lower(&line) } else { line }
+            };
+            // Neither digits, nor what is refused, nor a mixture of cases.
+            assert!(is_right(&mut rig, &cased(DIGITS, !is_lower)));
+            for line in [
+                "@0 GetTime*Ab3d",
+                "@0 GetTime*ab3e",
+                "@0 GetTime*AB3E",
+                "@0 GetTime",
+            ] {
+                assert!(!is_right(&mut rig, line), "{line}");
+            }
+            let reply = rig.ask(&cased("SetParam nothing 7", !is_lower));
+            assert!(unchecked(&reply).starts_with("ERR unknown "), "{reply}");
+            assert!(is_right(&mut rig, &cased(LETTER, is_lower)));
+            assert!(!is_right(&mut rig, &cased(LETTER, !is_lower)));
+            assert!(!is_right(&mut rig, &cased(LETTERS, !is_lower)));
+            assert!(!is_right(&mut rig, "@0 GetTime*Ab3d"));
+        }
+    }
+}
+
+#[test]
+fn a_requirement_that_is_taken_back_takes_the_case_with_it() {
+    let [on, off] = ["1", "0"].map(|value| checked(&format!("SetParam require_crc {value}")));
+    let mut rig = Rig::new();
+    for off in [off, checked("@0 ResetParams")] {
+        assert_eq!(unchecked(&rig.ask(&on)), "OK");
+        rig.tick();
+        assert!(!is_right(&mut rig, &lower(&checked(LETTER))));
+        assert!(is_right(&mut rig, &off));
+        rig.tick();
+        // Now any mixture goes.
+        for check in ["Ab3D", "aB3d", "AB3D"] {
+            assert!(is_right(&mut rig, &format!("{LETTERS}*{check}")));
+        }
+        assert_eq!(unchecked(&rig.ask(&lower(&on))), "OK");
+        rig.tick();
+        assert!(is_right(&mut rig, &lower(&checked(LETTER))));
+        assert!(!is_right(&mut rig, &checked(LETTER)));
+        assert!(is_right(&mut rig, &lower(&off)));
+        rig.tick();
+    }
+    // A mixture requires checks, and decides nothing.
+    assert_eq!(unchecked(&rig.ask("SetParam require_crc 1*F52a")), "OK");
+    rig.tick();
+    assert!(is_right(&mut rig, &lower(&checked(LETTER))));
+    assert!(!is_right(&mut rig, &checked(LETTER)));
+}
+
+#[test]
+fn what_stops_the_base_is_right_in_either_case() {
+    let mut rig = Rig::new();
+    assert_eq!(
+        unchecked(&rig.ask(&checked("SetParam require_crc 1"))),
+        "OK"
+    );
+    rig.tick();
+    for line in ["@5 Stop", "@7 EStop"] {
+        let line = checked(line);
+        let (_, check) = line.rsplit_once('*').unwrap();
+        assert!(check.bytes().any(|b| b.is_ascii_alphabetic()), "{line}");
+        assert!(
+            unchecked(&rig.ask(&lower(&line))).ends_with(" OK"),
+            "{line}"
+        );
+        rig.tick();
+        // It has decided nothing.
+        assert!(is_right(&mut rig, &checked(LETTER)));
+    }
+    assert!(unchecked(&rig.ask(&checked("GetStatus"))).ends_with(" estop"));
+}

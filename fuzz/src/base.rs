@@ -1,4 +1,4 @@
-//! A base to fuzz: the real controller, desk and interpreter, on motors that follow their duty at once.
+//! A base to fuzz: the real controller, desk and interpreter, on motors that do what those of the default robot do.
 
 use std::cell::Cell;
 use std::convert::Infallible;
@@ -6,7 +6,7 @@ use std::convert::Infallible;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 use embedded_hal_02::{Direction, Qei};
-use vehicle_controller::controller::{Config, Controller, Inputs, Interface, Snapshot};
+use vehicle_controller::controller::{Action, Config, Controller, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
 use vehicle_controller::params::Params;
 use vehicle_controller::time::{self, Duration, Instant};
@@ -16,8 +16,14 @@ use vehicle_controller::vehicle::{Counter, DifferentialDrive, Servo, differentia
 pub const PERIOD: Duration = Duration::millis(1);
 /// The timer's top.
 const FULL: u16 = 8400;
-/// What a motor at full duty rolls in a period, in counts: 0.75 m/s with the default wheels.
-const COUNTS_AT_FULL: f32 = 8.0;
+/// Encoder counts per metre, with the default wheels.
+const COUNTS_PER_METRE: f32 = 10_598.0;
+/// The battery, V.
+const SUPPLY: f32 = 12.0;
+/// The default motor: V, V/(m/s) and V/(m/s²).
+const FRICTION: f32 = 0.42;
+const SPEED_GAIN: f32 = 13.3;
+const ACCELERATION_GAIN: f32 = 0.5;
 
 /// One motor with its encoder.
 #[derive(Debug, Default)]
@@ -25,6 +31,8 @@ pub struct Wheel {
     duty: Cell<u16>,
     forward: Cell<bool>,
     powered: Cell<bool>,
+    /// m/s.
+    speed: Cell<f32>,
     /// Encoder counts and the part of one that does not show yet.
     rolled: Cell<u32>,
     part: Cell<f32>,
@@ -33,14 +41,20 @@ pub struct Wheel {
 }
 
 impl Wheel {
-    /// A period passes.
-    fn roll(&self) {
-        if self.duty.get() == 0 {
+    /// A millisecond passes.
+    pub fn roll(&self) {
+        let before = self.speed.get();
+        if self.duty.get() == 0 && before == 0.0 {
             return;
         }
-        let speed = f32::from(self.duty.get()) / f32::from(FULL) * COUNTS_AT_FULL;
         let sign = if self.forward.get() { 1.0 } else { -1.0 };
-        let rolled = self.part.get() + sign * speed;
+        let u = sign * SUPPLY * f32::from(self.duty.get()) / f32::from(FULL);
+        // K_a Δv = (u − K_v v) Δt, and friction takes away what it can.
+        let free = before + (u - SPEED_GAIN * before) / ACCELERATION_GAIN * 1e-3;
+        let friction = FRICTION / ACCELERATION_GAIN * 1e-3;
+        let speed = free - free.clamp(-friction, friction);
+        self.speed.set(speed);
+        let rolled = self.part.get() + speed * COUNTS_PER_METRE * 1e-3;
         self.part.set(rolled.fract());
         self.jump(rolled.trunc() as i32);
     }
@@ -193,6 +207,15 @@ pub fn defaults() -> &'static Defaults {
     &DEFAULTS
 }
 
+/// What the interpreter handed to the controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Asked {
+    /// Something is to be done.
+    pub acts: bool,
+    /// Nothing is, but somebody is there.
+    pub lives: bool,
+}
+
 /// A base as the firmware has it, without its queues.
 #[derive(Debug)]
 pub struct Base<'a> {
@@ -239,15 +262,18 @@ impl<'a> Base<'a> {
         self.desk.snapshot()
     }
 
-    /// The interpreter does what it can; true if that made a request to the controller.
+    /// The interpreter does what it can, and its requests go to the controller.
     ///
     /// # Panics
     /// If there are more requests than the controller takes.
-    pub fn poll(&mut self) -> bool {
+    pub fn poll(&mut self) -> Asked {
         self.interpreter.poll(&mut self.desk);
-        let mut asked = false;
+        let mut asked = Asked::default();
         while let Some(request) = self.desk.take_request() {
-            asked = true;
+            match request.action() {
+                Action::Live => asked.lives = true,
+                _ => asked.acts = true,
+            }
             assert!(self.controller.request(request).is_ok(), "no room");
         }
         asked

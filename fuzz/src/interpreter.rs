@@ -10,7 +10,7 @@ use vehicle_controller::params::{Id, Kind, Params};
 use vehicle_controller::supervisor::Fault;
 use vehicle_controller::time::Duration;
 
-use crate::base::{self, Base, Wheel};
+use crate::base::{self, Asked, Base, Wheel};
 use crate::grammar::{self, Ask, Codes, Doubts};
 use crate::invariant;
 use crate::protocol::{self, Damage, Line};
@@ -36,6 +36,16 @@ struct Due<'a> {
     late: Late,
 }
 
+/// What the base said.
+#[derive(Clone, Copy, Default)]
+struct Heard {
+    anything: bool,
+    /// A line was not refused …
+    accepted: bool,
+    /// … and changes something in the controller.
+    obeyed: bool,
+}
+
 #[allow(
     clippy::struct_excessive_bools,
     reason = "they are independent of each other"
@@ -55,6 +65,8 @@ pub(crate) struct Session<'a> {
     /// Rows of a list that are still to come.
     rows: usize,
     params: Params,
+    /// The case of checks since they are required: upper, lower; nothing if it is not known.
+    letters: Option<[bool; 2]>,
     /// v and a that the last accepted moves and turns gave.
     given: [[Option<f64>; 2]; 2],
     /// An EStop has come, which the interpreter has not looked at yet.
@@ -112,6 +124,7 @@ impl<'a> Session<'a> {
             framing_only,
             rows: 0,
             params,
+            letters: Some([false; 2]),
             given: [[None; 2]; 2],
             estop_received: false,
             estop_due: false,
@@ -188,7 +201,7 @@ impl<'a> Session<'a> {
         if self.stalled {
             self.stalled = false;
             self.stale = true;
-            while self.hear() {
+            while self.hear().anything {
                 self.work();
             }
             self.stale = false;
@@ -230,8 +243,8 @@ impl<'a> Session<'a> {
         self.poll();
     }
 
-    /// The interpreter works; true if it made a request to the controller.
-    fn work(&mut self) -> bool {
+    /// The interpreter works.
+    fn work(&mut self) -> Asked {
         self.estop_due |= core::mem::take(&mut self.estop_received);
         self.base.poll()
     }
@@ -245,12 +258,23 @@ impl<'a> Session<'a> {
             self.note_limits();
             return;
         }
-        let changed = self.hear();
+        let Heard {
+            obeyed, accepted, ..
+        } = self.hear();
         if !self.framing_only {
             assert_eq!(
-                asks,
-                changed || must_ask,
+                asks.acts,
+                obeyed || must_ask,
                 "a refused command changes nothing, an accepted one something"
+            );
+            // Whatever acts is a sign of life, too.
+            assert!(
+                if accepted {
+                    asks.lives || asks.acts
+                } else {
+                    !asks.lives
+                },
+                "an accepted line is a sign of life, and nothing else is: {asks:?}"
             );
         }
         assert!(
@@ -259,23 +283,28 @@ impl<'a> Session<'a> {
         );
     }
 
-    /// Hears what the base says; true if it obeyed a command that changes something in the controller, or, of old, if there was anything.
-    fn hear(&mut self) -> bool {
+    /// Hears what the base says.
+    fn hear(&mut self) -> Heard {
         self.received.clear();
         let mut received = core::mem::take(&mut self.received);
         received.extend(std::iter::from_fn(|| self.base.interpreter.transmit()));
         let required = self.params.is_on(Id::RequireCrc);
-        let mut changed = self.stale && !received.is_empty();
+        let mut heard = Heard {
+            anything: !received.is_empty(),
+            ..Heard::default()
+        };
         for line in replies::lines(&received) {
             let text = str::from_utf8(line).unwrap_or_default();
             if matches!(line, [b'!' | b'~', ..]) {
                 self.hear_unsolicited(text, required);
             } else {
-                changed |= self.hear_reply(text, required);
+                let reply = self.hear_reply(text, required);
+                heard.obeyed |= reply.obeyed;
+                heard.accepted |= reply.accepted;
             }
         }
         self.received = received;
-        changed
+        heard
     }
 
     fn hear_unsolicited(&mut self, line: &str, required: bool) {
@@ -300,8 +329,8 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Hears a reply; true if it tells of a request to the controller.
-    fn hear_reply(&mut self, reply: &str, required: bool) -> bool {
+    /// Hears a reply.
+    fn hear_reply(&mut self, reply: &str, required: bool) -> Heard {
         assert_eq!(self.rows, 0, "a reply within a list: {reply}");
         let Some(Due { line, late }) = self.due.pop_front() else {
             panic!("nobody asked for {reply}");
@@ -342,6 +371,18 @@ impl<'a> Session<'a> {
             };
             certain.add(Codes::CHECKSUM);
         }
+        let mixes = |letters: [bool; 2]| letters == [true; 2];
+        let counts = matches!(line.body, Ok(_) | Err(Damage::Tag)) && !stops(&line);
+        let together = self.letters.map(|letters| both(letters, line.letters));
+        let refused = mixes(line.letters) || together.is_some_and(mixes);
+        if counts && self.stale {
+            // What was required then is not known.
+            doubts.may.add(Codes::CHECKSUM);
+        } else if counts && required && refused {
+            doubts.must = Codes::CHECKSUM;
+        } else if counts && required && together.is_none() {
+            doubts.may.add(Codes::CHECKSUM);
+        }
         match late {
             Late::No => {}
             Late::Yes if stops(&line) => {}
@@ -360,10 +401,40 @@ impl<'a> Session<'a> {
                 shown(&line)
             ),
         }
-        match (code, ask) {
+        let obeyed = match (code, ask) {
             (None, Some(ask)) => self.obeyed(ask, reply),
             _ => false,
+        };
+        if code.is_none() {
+            self.note_letters(&line, late);
         }
+        Heard {
+            anything: true,
+            accepted: code.is_none(),
+            obeyed,
+        }
+    }
+
+    /// A line was obeyed, with this check: from here the case of its letters counts.
+    fn note_letters(&mut self, line: &Line<'_>, late: Late) {
+        if late != Late::No {
+            // What stops the base decides nothing when it comes too late, and something when not.
+            self.letters = self.letters.filter(|_| late == Late::Yes);
+            return;
+        }
+        if self.stale {
+            self.letters = None;
+            return;
+        }
+        let [upper, lower] = line.letters;
+        self.letters = match self.letters {
+            _ if !self.params.is_on(Id::RequireCrc) => Some([false; 2]),
+            Some(letters) if both(letters, line.letters) != [true; 2] => {
+                Some(both(letters, line.letters))
+            }
+            None if upper != lower && !stops(line) => Some(line.letters),
+            unchanged => unchanged,
+        };
     }
 
     /// Why a command that is well written must or may be refused now.
@@ -616,6 +687,10 @@ fn is(line: &Line<'_>, command: &[u8]) -> bool {
 /// Stop and EStop: they need no check, and are never too late.
 fn stops(line: &Line<'_>) -> bool {
     is(line, b"Stop") || is(line, b"EStop")
+}
+
+fn both(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
+    [a[0] || b[0], a[1] || b[1]]
 }
 
 /// The code of a refusal; a refusal without one is none.

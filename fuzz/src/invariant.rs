@@ -1,7 +1,7 @@
 //! What must hold after every tick.
 
 use vehicle_controller::controller::{Estimate, Snapshot};
-use vehicle_controller::supervisor::Fault;
+use vehicle_controller::supervisor::{Fault, Reaction};
 
 /// Every number is finite, duties are duties, and a fault that switches off has done so.
 ///
@@ -29,17 +29,13 @@ pub fn check(snapshot: &Snapshot) {
     for wheel in [left, right] {
         assert!(wheel.duty.abs() <= 1.0, "{snapshot:?}");
     }
-    if snapshot.fault.is_some_and(switches_off) {
+    let reaction = snapshot.fault.map(Fault::reaction);
+    if reaction == Some(Reaction::Off) {
         assert!(
             left.duty == 0.0 && right.duty == 0.0,
             "a fault, and the motors are on: {snapshot:?}"
         );
     }
-}
-
-/// Faults on which the motors are off at once.
-fn switches_off(fault: Fault) -> bool {
-    matches!(fault, Fault::Estop | Fault::Output | Fault::Watchdog)
 }
 
 /// Pose and covariance are finite, and the covariance is one: symmetric, positive semi-definite but for rounding.

@@ -35,6 +35,8 @@ pub struct Line<'a> {
     pub tag: Option<u16>,
     /// It came with a check, right or wrong.
     pub has_check: bool,
+    /// Its check has letters in upper case, and in lower case.
+    pub letters: [bool; 2],
     /// What is left without both.
     pub body: Result<&'a [u8], Damage>,
 }
@@ -68,9 +70,14 @@ pub fn read(line: &[u8]) -> Option<Line<'_>> {
     } else {
         body
     };
+    let check = star.map_or(&[][..], |at| &kept[at + 1..]);
     Some(Line {
         tag,
         has_check: star.is_some(),
+        letters: [
+            check.iter().any(u8::is_ascii_uppercase),
+            check.iter().any(u8::is_ascii_lowercase),
+        ],
         body,
     })
 }
@@ -133,6 +140,7 @@ mod tests {
             Some(Line {
                 tag,
                 has_check,
+                letters: [false, has_check],
                 body,
             })
         };

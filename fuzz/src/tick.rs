@@ -1,6 +1,7 @@
 //! The tick with arbitrary counts, times, inputs and requests.
 //!
-//! The input is a little program: a byte says what happens, the next ones with which numbers.
+//! The input is a little program: a byte says what happens, the next ones with which numbers. The first byte says what base it happens to; the wheels of
+//! every other one follow their motors, so that the counts are plausible until the program says otherwise.
 
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use vehicle_controller::controller::{
@@ -8,12 +9,15 @@ use vehicle_controller::controller::{
 };
 use vehicle_controller::interpreter::Desk;
 use vehicle_controller::params::{Id, Kind, Params};
-use vehicle_controller::supervisor::Fault;
+use vehicle_controller::supervisor::{Fault, Reaction};
 use vehicle_controller::time::Instant;
 use vehicle_controller::vehicle::Counter;
 
 use crate::base::{self, PERIOD, Vehicle, Wheel, vehicle};
 use crate::invariant;
+
+/// The wheels follow for so many periods of a gap: after it, they stand where they were.
+const LONGEST: u64 = 50;
 
 /// Runs an input.
 ///
@@ -21,15 +25,17 @@ use crate::invariant;
 /// If a promise is broken.
 pub fn run(data: &[u8]) {
     let mut source = Source(data);
-    match source.byte() & 1 {
-        0 => drive(source, |count| count as u16),
-        _ => drive(source, |count| count),
+    let kind = source.byte();
+    let follows = kind & 2 != 0;
+    match kind & 1 {
+        0 => drive(source, follows, |count| count as u16),
+        _ => drive(source, follows, |count| count),
     }
 }
 
-fn drive<C: Counter>(mut source: Source<'_>, width: fn(u32) -> C) {
+fn drive<C: Counter>(mut source: Source<'_>, follows: bool, width: fn(u32) -> C) {
     let wheels: [Wheel; 2] = Default::default();
-    let mut base = Base::new(&wheels, width, &mut source);
+    let mut base = Base::new(&wheels, width, follows, &mut source);
     while !source.0.is_empty() {
         base.step(&mut source);
     }
@@ -39,6 +45,8 @@ fn drive<C: Counter>(mut source: Source<'_>, width: fn(u32) -> C) {
 
 struct Base<'a, C: Counter> {
     wheels: &'a [Wheel; 2],
+    /// Their motors turn them.
+    follow: [bool; 2],
     controller: Controller<Vehicle<'a, C>>,
     desk: Desk,
     params: Params,
@@ -51,7 +59,12 @@ struct Base<'a, C: Counter> {
 }
 
 impl<'a, C: Counter> Base<'a, C> {
-    fn new(wheels: &'a [Wheel; 2], width: fn(u32) -> C, source: &mut Source<'_>) -> Self {
+    fn new(
+        wheels: &'a [Wheel; 2],
+        width: fn(u32) -> C,
+        follows: bool,
+        source: &mut Source<'_>,
+    ) -> Self {
         let params = base::defaults().params;
         let config = params.build(PERIOD);
         let vehicle = vehicle(wheels, width, &config.vehicle);
@@ -67,6 +80,7 @@ impl<'a, C: Counter> Base<'a, C> {
         let limits = params.limits();
         Self {
             wheels,
+            follow: [follows; 2],
             desk: Interface::new(snapshot, limits),
             controller,
             params,
@@ -80,6 +94,7 @@ impl<'a, C: Counter> Base<'a, C> {
 
     fn step(&mut self, source: &mut Source<'_>) {
         let [left, right] = self.wheels;
+        let [left_follows, right_follows] = &mut self.follow;
         match source.byte() {
             what @ 0..=63 => (0..=what & 15).for_each(|_| self.tick(PERIOD.ticks())),
             64 => self.tick(0),
@@ -96,6 +111,10 @@ impl<'a, C: Counter> Base<'a, C> {
                 left.jump(both);
                 right.jump(both);
             }
+            93 => *left_follows ^= true,
+            94 => *right_follows ^= true,
+            // Long enough for the slowest fault.
+            95..=99 => (0..=u16::from(source.byte()) * 4).for_each(|_| self.tick(PERIOD.ticks())),
             100 => self.inputs.battery = Some(source.f32()),
             101 => self.inputs.battery = None,
             102 => self.inputs.currents = [Some(source.f32()), Some(source.f32())],
@@ -188,17 +207,37 @@ impl<'a, C: Counter> Base<'a, C> {
             assert!(self.controller.request(request).is_ok(), "no room");
         }
         self.now = self.now.wrapping_add(later);
+        for (wheel, _) in self
+            .wheels
+            .iter()
+            .zip(self.follow)
+            .filter(|(_, follows)| *follows)
+        {
+            (0..(later / PERIOD.ticks()).min(LONGEST)).for_each(|_| wheel.roll());
+        }
         let events = self
             .controller
             .tick(Instant::from_ticks(self.now), &self.inputs);
         assert!(events.len() <= 4, "{events:?}");
-        let before = self.snapshot.fault;
+        let before = self.snapshot;
         self.controller.update_snapshot(&mut self.snapshot);
         let snapshot = &self.snapshot;
         invariant::check(snapshot);
-        if before.is_some() && snapshot.fault.is_none() {
-            // Nothing moves by the clearing.
-            assert!(self.wheels.iter().all(Wheel::is_off), "{snapshot:?}");
+        if let Some(fault) = before.fault
+            && snapshot.fault.is_none()
+        {
+            // Nothing moves by the clearing; a stop under way goes on.
+            let off = self.wheels.iter().all(Wheel::is_off);
+            assert!(off || fault.reaction() == Reaction::Stop, "{snapshot:?}");
+            let v = |snapshot: &Snapshot| {
+                [&snapshot.translation, &snapshot.rotation].map(|axis| axis.reference_speed.abs())
+            };
+            let slower = v(snapshot)
+                .iter()
+                .zip(v(&before))
+                .all(|(now, then)| *now <= then);
+            // With the link an axis loses nothing but a motion without an end.
+            assert!(slower || fault == Fault::Link, "{snapshot:?}");
         }
         for (axis, fastest) in [&snapshot.translation, &snapshot.rotation]
             .into_iter()

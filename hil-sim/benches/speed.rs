@@ -9,10 +9,15 @@ use std::f64::consts::PI;
 use std::hint::black_box;
 use std::rc::Rc;
 use vehicle_controller::controller::{Action, AxisCommand, Controller, Inputs, State};
+use vehicle_controller::params::Id;
 use vehicle_controller::time::{self, Instant};
 
+/// A robot that goes on and on: nobody shows signs of life, and its wheels roll whatever its motors are given.
 fn robot() -> Robot {
-    Robot::load("default").expect("a preset loads")
+    let mut robot = Robot::load("default").expect("a preset loads");
+    let values = [(Id::Deadman, 0.0), (Id::MotorTolerance, 10.0)];
+    robot.params.set_all(&values).expect("both are in range");
+    robot
 }
 
 /// The control loop alone, while both axes move; the wheels roll as if they followed.
@@ -42,7 +47,10 @@ fn tick(c: &mut Criterion) {
     };
     let mut period = || {
         now = time::after(now, PERIOD);
-        for ((wires, rolled), speed) in wires.iter().zip(&mut rolled).zip([0.15, 0.25]) {
+        let seconds = now.ticks() as f64 * 1e-6;
+        let (forward, aside) = ((0.5 * seconds).min(0.2), 0.1 * (2.0 * seconds).min(0.5));
+        let speeds = [forward - aside, forward + aside];
+        for ((wires, rolled), speed) in wires.iter().zip(&mut rolled).zip(speeds) {
             *rolled += speed * per_metre * 1e-3;
             wires.edges.set(*rolled as i64);
         }

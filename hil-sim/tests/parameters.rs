@@ -236,3 +236,33 @@ fn neither_is_done_while_the_base_moves_and_nothing_stored_is_an_error() {
     assert_eq!(client.ask("@3 SaveParams"), "@3 OK");
     assert_eq!(client.ask("@4 LoadParams"), "@4 OK");
 }
+
+/// CRC-16/CCITT-FALSE, in upper-case hex, behind a line.
+fn checked(line: &str) -> String {
+    let crc = line.bytes().fold(0xFFFF, |crc: u16, byte| {
+        (0..8).fold(crc ^ u16::from(byte) << 8, |crc, _| {
+            crc << 1 ^ if crc & 0x8000 == 0 { 0 } else { 0x1021 }
+        })
+    });
+    format!("{line}*{crc:04X}")
+}
+
+#[test]
+fn when_loaded_parameters_require_checks_the_first_letters_decide_their_case() {
+    // Its check has letters.
+    let upper = "@0 GetTime*AB3D";
+    assert_eq!(checked("@0 GetTime"), upper);
+    let lower = "@0 GetTime*ab3d";
+    for [its, other] in [[upper, lower], [lower, upper]] {
+        let mut client = Client::new(rig("default"));
+        assert_eq!(client.ask("SetParam require_crc 1"), "OK");
+        for line in ["SaveParams", "SetParam require_crc 0"] {
+            assert!(client.ask(&checked(line)).starts_with("OK*"), "{line}");
+        }
+        assert_eq!(client.ask("LoadParams"), "OK");
+        for (line, is_right) in [(its, true), (other, false), (its, true)] {
+            let reply = client.ask(line);
+            assert_eq!(reply.starts_with("@0 Time "), is_right, "{reply}");
+        }
+    }
+}

@@ -93,7 +93,13 @@ fn every_scenario_runs_without_an_error() {
     for entry in fs::read_dir("scenarios").unwrap() {
         let path = entry.unwrap().path();
         // These are there to be stopped.
-        let is_stopped = path.ends_with("every_state.script") || path.ends_with("faults.script");
+        let is_stopped = [
+            "every_state.script",
+            "faults.script",
+            "loose_encoder.script",
+        ]
+        .iter()
+        .any(|name| path.ends_with(name));
         let run = hil_sim().arg("run").arg(&path).assert().success();
         let printed = text(&run.get_output().stdout);
         assert!(!printed.contains("ERR"), "{}\n{printed}", path.display());

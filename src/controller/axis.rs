@@ -293,6 +293,9 @@ impl Axis {
         let velocity = reference + limit(config.gain * self.error, config.gain * config.max_error);
         if self.state == State::Hold {
             velocity
+        } else if velocity.abs() <= self.profile.pace() {
+            // Which is well within what follows.
+            velocity
         } else {
             let pace = larger(self.profile.pace(), reference.abs());
             let creep = CREEP * config.gain * config.max_error;

@@ -324,19 +324,22 @@ impl Estimator {
 
     /// Applies a correction that was computed from an earlier copy of this estimator.
     pub fn apply(&mut self, correction: &Correction) {
-        let now = self.present_pose();
-        let variation = self.present_total().since(&correction.variation);
-        self.edition = self.edition.wrapping_add(1);
-        self.reckoning = correction.after;
-        self.total = correction.variation;
-        self.since = if self.is_finite {
-            Compound::between(&correction.before, &now, variation)
+        // Where nobody knows any more what it has done since, nothing is put on top.
+        let since = if self.is_finite {
+            let variation = self.present_total().since(&correction.variation);
+            Compound::between(&correction.before, &self.present_pose(), variation)
         } else {
-            // Nobody knows any more what it has done since.
-            self.total = VariationTotal::default();
             Compound::default()
         };
+        self.since = since;
+        self.total = if self.is_finite {
+            correction.variation
+        } else {
+            VariationTotal::default()
+        };
+        self.reckoning = correction.after;
         self.is_finite = true;
+        self.edition = self.edition.wrapping_add(1);
     }
 }
 

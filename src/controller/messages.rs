@@ -65,6 +65,14 @@ pub struct Request<C> {
     pub(super) ticket: Option<u32>,
 }
 
+impl<C> Request<C> {
+    /// What is to be done.
+    #[must_use]
+    pub const fn action(&self) -> &Action<C> {
+        &self.action
+    }
+}
+
 impl<C> From<Action<C>> for Request<C> {
     fn from(action: Action<C>) -> Self {
         Self {

@@ -20,6 +20,7 @@ pub mod profile;
 mod reckoning;
 mod sensing;
 mod snapshot;
+mod stopping;
 
 pub use axis::{Axis, AxisCommand, AxisConfig, Cycle, State};
 pub use correction::CorrectionError;
@@ -30,8 +31,7 @@ pub use messages::{Action, Config, Event, Events, REQUESTS, Request, StopReason}
 pub use sensing::{Inputs, Sensing};
 pub use snapshot::{AxisSnapshot, Snapshot};
 
-use crate::math::larger;
-use crate::supervisor::{self, Fault, Place, Reaction, Supervisor};
+use crate::supervisor::{Fault, Place, Supervisor};
 use crate::time::{self, Instant};
 use crate::vehicle::{Motion, Twist, VirtualVehicle};
 use axis::AxisEvent;
@@ -98,10 +98,6 @@ pub struct Controller<V: VirtualVehicle> {
 
 /// Motors that are switched off brake for this long before their drivers are switched off, s: longer than any base takes to stop with shorted motors.
 const BRAKING: f32 = 0.5;
-/// A stop for a fault's sake may take this much longer than its ramps …
-const STOP_SHARE: f32 = 1.25;
-/// … and this long besides, s: an axis waits for so long to come to rest.
-const STOP_PATIENCE: f32 = 0.6;
 /// Relative change of the wheels' limit that is taken for ripple of the battery voltage.
 const SHARE_RIPPLE: f32 = 0.02;
 /// In HOLD the motors rest once the error is below this share of the tolerance …
@@ -261,69 +257,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         snapshot.fault_persists = self.fault_persists();
     }
 
-    /// What of the motion can be counted: nothing, if a wheel has made more counts than it can.
-    #[inline]
-    fn counted(&mut self, dt: f32) -> Twist {
-        let rolled = self.motion.rolled;
-        if let Some(place) = self.supervisor.jumps(&self.config.supervision, rolled, dt) {
-            self.trip(Fault::EncoderJump, place);
-            return Twist::ZERO;
-        }
-        self.motion.increment
-    }
-
-    #[inline]
-    fn supervise(&mut self, elapsed: Elapsed) {
-        let cycle = self.cycle(elapsed);
-        let supervision = &self.config.supervision;
-        if self.supervisor.is_silent(supervision, elapsed.seconds) {
-            self.lose_link();
-        }
-        let (config, axes) = (&self.config, (&self.translation, &self.rotation));
-        let speed = self.motion.speed;
-        let following = || {
-            [
-                axes.0.following(&config.translation, speed.translation),
-                axes.1.following(&config.rotation, speed.rotation),
-            ]
-        };
-        let found = self
-            .supervisor
-            .watch(&config.supervision, &cycle, following);
-        if let Some((fault, place)) = found {
-            self.trip(fault, place);
-        }
-    }
-
-    /// What the supervisor sees.
-    #[inline]
-    fn cycle(&self, elapsed: Elapsed) -> supervisor::Cycle {
-        supervisor::Cycle {
-            dt: elapsed.seconds,
-            steps: elapsed.steps,
-            wheels: self.vehicle.wheels(),
-            currents: self.readings.currents,
-            supply: self.readings.supply,
-            motor_supply: self.readings.usable,
-            turns: self.rotation.state() != State::Hold,
-            estimate_is_finite: self.estimator.is_finite(),
-        }
-    }
-
-    /// Nobody has said anything for too long: what has no end is ended; what has one goes on to it.
-    #[cold]
-    fn lose_link(&mut self) {
-        let (moves, turns) = (self.translation.is_endless(), self.rotation.is_endless());
-        if !moves && !turns {
-            return;
-        }
-        self.latch(Fault::Link, Place::Base);
-        self.stop_axes(StopReason::Fault, moves, turns);
-        if !(moves && turns) && !(self.translation.is_settled() && self.rotation.is_settled()) {
-            self.deadline = f32::INFINITY;
-        }
-    }
-
     fn carry_out(&mut self, action: Action<V::Config>) {
         match action {
             Action::Move(command) if self.may_move() => {
@@ -376,19 +309,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         self.fault.is_none() && !self.readings.estop && self.power == Power::Enabled
     }
 
-    fn fault_persists(&self) -> bool {
-        let Some(fault) = self.fault else {
-            return false;
-        };
-        let now = || {
-            self.cycle(Elapsed {
-                seconds: 0.0,
-                steps: 1,
-            })
-        };
-        self.readings.estop || self.output_failed || self.config.supervision.persists(fault, &now())
-    }
-
     fn wake(&mut self) {
         if self.motors == Motors::Off {
             let wheels = self.vehicle.wheels();
@@ -396,92 +316,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         self.motors = Motors::Driving;
         self.stopping = None;
-    }
-
-    fn stop(&mut self, reason: StopReason) {
-        if self.motors == Motors::Off {
-            self.translation = Axis::default();
-            self.rotation = Axis::default();
-            self.come_to_rest(reason);
-            return;
-        }
-        self.stop_axes(reason, true, true);
-    }
-
-    fn stop_axes(&mut self, reason: StopReason, translation: bool, rotation: bool) {
-        let stop = |acceleration| AxisCommand {
-            distance: 0.0,
-            speed: 0.0,
-            acceleration,
-        };
-        self.motors = Motors::Driving;
-        // A Stop on the way to Disable does not take that back, nor one for a fault's sake.
-        self.stopping = Some(match self.stopping {
-            _ if self.power == Power::Disabling => StopReason::Disable,
-            Some(StopReason::Fault) => StopReason::Fault,
-            _ => reason,
-        });
-        let mut ramp = 0.0;
-        if translation {
-            let acceleration = self.config.stop_acceleration;
-            ramp = self.translation.reference_speed().abs() / acceleration;
-            self.translation
-                .command(&self.config.translation, stop(acceleration));
-        }
-        if rotation {
-            let acceleration = self.config.stop_turn_acceleration;
-            let turn = self.rotation.reference_speed().abs() / acceleration;
-            ramp = larger(ramp, turn);
-            self.rotation
-                .command(&self.config.rotation, stop(acceleration));
-        }
-        self.deadline = STOP_SHARE * ramp + STOP_PATIENCE;
-    }
-
-    fn come_to_rest(&mut self, reason: StopReason) {
-        self.stopping = None;
-        if self.power == Power::Disabling {
-            self.power = Power::Disabled;
-            self.switch_off();
-        } else if reason == StopReason::Fault {
-            self.switch_off();
-        }
-        self.note(Event::Stopped(reason));
-    }
-
-    fn switch_off(&mut self) {
-        if self.motors != Motors::Off {
-            self.motors = Motors::Off;
-            self.braking = BRAKING;
-        }
-    }
-
-    /// Latches a fault, and does to the motion what it demands.
-    #[inline(never)]
-    fn trip(&mut self, fault: Fault, place: Place) {
-        match fault.reaction() {
-            Reaction::Off => {
-                self.switch_off();
-                self.stopping = None;
-                if self.power == Power::Disabling {
-                    self.power = Power::Disabled;
-                }
-            }
-            Reaction::Stop if self.stopping != Some(StopReason::Fault) => {
-                self.stop(StopReason::Fault);
-            }
-            Reaction::Stop => {}
-        }
-        self.latch(fault, place);
-    }
-
-    /// The fault that demands more is the one that is known; an emergency stop is told whatever went before.
-    fn latch(&mut self, fault: Fault, place: Place) {
-        let rank = |fault: Fault| (fault == Fault::Estop, fault.reaction());
-        if self.fault.is_none_or(|latched| rank(fault) > rank(latched)) {
-            self.fault = Some(fault);
-            self.note(Event::Fault(fault, place));
-        }
     }
 
     fn advance(&mut self, elapsed: Elapsed) {

@@ -84,7 +84,7 @@ impl Reckoning {
     /// True if every number is one, and none infinite: then so is their sum, unless they are beyond use all the same.
     pub(super) fn is_finite(&self) -> bool {
         let WidePose { x, y, theta } = self.pose;
-        let covariance: f32 = self.covariance.iter().map(|element| element.get()).sum();
+        let covariance: f32 = self.covariance.iter().map(Sum::get).sum();
         (x.get() + y.get() + theta.get() + covariance).is_finite()
     }
 }

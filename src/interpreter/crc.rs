@@ -22,20 +22,36 @@ pub fn hex(value: u16) -> [u8; 4] {
     })
 }
 
+/// Cases of the letters among hex digits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Letters(u8);
+
+impl Letters {
+    const UPPER: u8 = 1;
+    const LOWER: u8 = 2;
+
+    /// These and others; nothing if that is a mixture of cases.
+    pub fn with(self, others: Self) -> Option<Self> {
+        let cases = self.0 | others.0;
+        (cases != Self::UPPER | Self::LOWER).then_some(Self(cases))
+    }
+}
+
 /// Reads four hex digits.
-pub fn parse(digits: &[u8]) -> Option<u16> {
+pub fn parse(digits: &[u8]) -> Option<(u16, Letters)> {
     let [_, _, _, _] = digits else { return None };
-    let mut value = 0_u16;
+    let (mut value, mut cases) = (0_u16, 0);
     for byte in digits {
-        let digit = match byte {
-            b'0'..=b'9' => byte - b'0',
-            b'a'..=b'f' => byte - b'a' + 10,
-            b'A'..=b'F' => byte - b'A' + 10,
+        let (digit, case) = match byte {
+            b'0'..=b'9' => (byte - b'0', 0),
+            b'a'..=b'f' => (byte - b'a' + 10, Letters::LOWER),
+            b'A'..=b'F' => (byte - b'A' + 10, Letters::UPPER),
             _ => return None,
         };
         value = value << 4 | u16::from(digit);
+        cases |= case;
     }
-    Some(value)
+    Some((value, Letters(cases)))
 }
 
 #[cfg(test)]
@@ -44,8 +60,22 @@ mod tests {
     fn the_catalogues_check_value() {
         assert_eq!(super::of(b"123456789"), 0x29B1);
         assert_eq!(super::hex(0x29B1), *b"29B1");
-        assert_eq!(super::parse(b"29b1"), Some(0x29B1));
+        assert_eq!(super::parse(b"29b1").map(|(value, _)| value), Some(0x29B1));
         assert_eq!(super::parse(b"29b"), None);
         assert_eq!(super::parse(b"29bg"), None);
+    }
+
+    #[test]
+    fn letters_of_one_case_go_together() {
+        let letters = |digits: &[u8]| super::parse(digits).unwrap().1;
+        let [none, upper, lower, mixed] = [b"0129", b"0A2B", b"c129", b"aF00"].map(|d| letters(d));
+        for one in [none, upper, lower] {
+            assert_eq!(one.with(one), Some(one));
+            assert_eq!(none.with(one), Some(one));
+            assert_eq!(one.with(none), Some(one));
+            assert_eq!(one.with(mixed), None);
+        }
+        assert_eq!(upper.with(lower), None);
+        assert_eq!(none.with(mixed), None);
     }
 }

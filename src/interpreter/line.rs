@@ -1,6 +1,6 @@
 //! From bytes to lines, and what is around a command: tag and check.
 
-use super::crc;
+use super::crc::{self, Letters};
 use super::error::Error;
 use super::text::MAX_LINE;
 use heapless::Vec;
@@ -20,6 +20,8 @@ pub struct Frame<'a> {
     pub tag: Option<u16>,
     /// The line came with a check.
     pub has_check: bool,
+    /// The letters of its check, if that can be read.
+    pub letters: Letters,
     /// The command, or why it cannot be read.
     pub body: Result<&'a [u8], Error>,
 }
@@ -77,14 +79,16 @@ fn open(line: &[u8]) -> Frame<'_> {
         _ => (line, None),
     };
     let (tag, body) = take_tag(content);
+    let (value, letters) = check.and_then(crc::parse).unzip();
     let body = match check {
         // Anything after a star is meant as a check; damaged, it proves nothing.
-        Some(check) if crc::parse(check) != Some(crc::of(content)) => Err(Error::Checksum),
+        Some(_) if value != Some(crc::of(content)) => Err(Error::Checksum),
         _ => body,
     };
     Frame {
         tag,
         has_check: check.is_some(),
+        letters: letters.unwrap_or_default(),
         body,
     }
 }

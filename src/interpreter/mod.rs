@@ -6,6 +6,7 @@
 pub mod command;
 mod crc;
 mod error;
+mod execute;
 mod keyword;
 mod line;
 pub mod number;
@@ -19,11 +20,11 @@ pub use error::Error;
 pub use text::MAX_LINE;
 
 use crate::controller::{AxisCommand, Event, Interface, Snapshot};
-use crate::params::{DEGREES, Id, Kind, Params, radians};
+use crate::params::{Fallback, Id, Params, radians};
 use crate::time::Duration;
 use crate::vehicle::differential;
-use command::{Command, MotionArgs};
-use error::{refuse, refuse_motion, refuse_param};
+use command::Command;
+use crc::Letters;
 use heapless::Deque;
 use keyword::Keyword;
 use line::Reader;
@@ -56,6 +57,7 @@ struct Address {
 #[derive(Clone, Copy, Debug)]
 struct Waiting {
     address: Address,
+    letters: Letters,
     command: Result<Command, Error>,
 }
 
@@ -88,6 +90,8 @@ pub struct Interpreter {
     reader: Reader,
     waiting: Deque<Waiting, MAX_UNANSWERED>,
     late: Deque<Late, MAX_LATE>,
+    /// The case that checks have had since they are required: in the other one they would hide a flipped bit in a letter.
+    letters: Letters,
     /// An EStop has come, and is obeyed before anything else.
     emergency: bool,
     /// A Stop has come. It is obeyed in its turn, and at once if what is before it has to wait for the flash.
@@ -121,6 +125,7 @@ impl Interpreter {
             reader: Reader::default(),
             waiting: Deque::new(),
             late: Deque::new(),
+            letters: Letters::default(),
             emergency: false,
             halt: false,
             storage,
@@ -166,7 +171,11 @@ impl Interpreter {
         self.halt |= stops == Some(Keyword::Stop);
         if self.late.is_empty() && self.waiting.len() < MAX_UNANSWERED {
             // There is room: fewer than four wait, and none is late.
-            let _ = self.waiting.push_back(Waiting { address, command });
+            let _ = self.waiting.push_back(Waiting {
+                address,
+                letters: frame.letters,
+                command,
+            });
         } else {
             self.remember(address, stops);
         }
@@ -210,23 +219,17 @@ impl Interpreter {
         }
         if !self.boot_told && self.has_room() {
             self.boot_told = true;
-            let mut text = Text::default();
-            text.str("! boot").word(self.identity.reset_cause);
-            self.send(text);
+            self.tell_boot();
         }
         while self.has_room()
             && let Some(fallback) = self.storage.fallbacks.take()
         {
-            let mut text = Text::default();
-            reply::fallback(&mut text, fallback);
-            self.send(text);
+            self.tell_fallback(fallback);
         }
         while self.has_room()
             && let Some(event) = self.events.pop_front()
         {
-            let mut text = Text::default();
-            reply::event(&mut text, event);
-            self.send(text);
+            self.tell_event(event);
         }
         while self.has_room() && self.answer_next(desk) {}
         if self.stream.is_due(desk.snapshot().time) {
@@ -234,37 +237,37 @@ impl Interpreter {
         }
     }
 
+    // Each line is written in a function of its own, so that the deepest stack has room for one of them only.
+
+    #[inline(never)]
+    fn tell_boot(&mut self) {
+        let mut text = Text::default();
+        text.str("! boot").word(self.identity.reset_cause);
+        self.send(&mut text);
+    }
+
+    #[inline(never)]
+    fn tell_fallback(&mut self, fallback: Fallback) {
+        let mut text = Text::default();
+        reply::fallback(&mut text, fallback);
+        self.send(&mut text);
+    }
+
+    #[inline(never)]
+    fn tell_event(&mut self, event: Event) {
+        let mut text = Text::default();
+        reply::event(&mut text, event);
+        self.send(&mut text);
+    }
+
     /// Answers one line, or goes on with a list; false if there is nothing to do or the desk is not ready.
     fn answer_next(&mut self, desk: &mut Desk) -> bool {
         if let Some(next) = self.listing {
-            let mut text = Text::default();
-            match Id::ALL.get(next) {
-                Some(id) => {
-                    reply::param_row(&mut text, &self.params, *id);
-                    self.send(text);
-                    self.listing = Some(next + 1);
-                }
-                None => self.listing = None,
-            }
+            self.list(next);
             return true;
         }
-        if let Some(Errand {
-            stage,
-            address,
-            check,
-        }) = self.storage.errand
-        {
-            let Stage::Done(result) = stage else {
-                return false;
-            };
-            self.storage.errand = None;
-            let mut text = begin(address);
-            match result {
-                Ok(()) => drop(text.str("OK")),
-                Err(error) => error.write(&mut text),
-            }
-            self.send_with(text, check);
-            return true;
+        if let Some(errand) = self.storage.errand {
+            return self.answer_errand(&errand);
         }
         let corrects = |waiting: &Waiting| {
             matches!(
@@ -276,49 +279,97 @@ impl Interpreter {
         if !desk.is_idle() || !ready {
             return false;
         }
-        if let Some(Waiting { address, command }) = self.waiting.pop_front() {
-            // Judged now, not on arrival: the line before may have changed what is required.
-            let check = self.wants_check(address);
-            let mut text = begin(address);
-            let done = self
-                .admit(address, command)
-                .and_then(|command| self.execute(desk, &command, &mut text));
-            if let Some(errand) = &mut self.storage.errand {
-                (errand.address, errand.check) = (address, check);
-                desk.sign_of_life();
-                return true;
-            }
-            match done {
-                Ok(()) => desk.sign_of_life(),
-                Err(error) => {
-                    text = begin(address);
-                    error.write(&mut text);
-                }
-            }
-            self.send_with(text, check);
+        if !self.waiting.is_empty() {
+            self.answer_waiting(desk);
             return true;
         }
-        match self.late.pop_front() {
-            Some(Late::Busy(address, count)) => {
+        if let Some(late) = self.late.pop_front() {
+            self.answer_late(desk, late);
+            return true;
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn list(&mut self, next: usize) {
+        self.listing = Id::ALL.get(next).map(|id| {
+            let mut text = Text::default();
+            reply::param_row(&mut text, &self.params, *id);
+            self.send(&mut text);
+            next + 1
+        });
+    }
+
+    /// False if the errand is not done.
+    #[inline(never)]
+    fn answer_errand(&mut self, errand: &Errand) -> bool {
+        let Stage::Done(result) = errand.stage else {
+            return false;
+        };
+        self.storage.errand = None;
+        let mut text = begin(errand.address);
+        match result {
+            Ok(()) => drop(text.str("OK")),
+            Err(error) => error.write(&mut text),
+        }
+        self.send_with(&mut text, errand.check);
+        true
+    }
+
+    #[inline(never)]
+    fn answer_waiting(&mut self, desk: &mut Desk) {
+        let Some(Waiting {
+            address,
+            letters,
+            command,
+        }) = self.waiting.pop_front()
+        else {
+            return;
+        };
+        // Judged now, not on arrival: the line before may have changed what is required.
+        let check = self.wants_check(address);
+        let mut text = begin(address);
+        let done = match &command {
+            Err(error @ (Error::TooLong | Error::BadByte)) => Err(*error),
+            command if !self.is_checked(address, letters) && !stops(command) => {
+                Err(Error::Checksum)
+            }
+            Err(error) => Err(*error),
+            Ok(command) => self.execute(desk, command, &mut text),
+        };
+        if done.is_ok() {
+            self.note_letters(letters);
+            desk.sign_of_life();
+        }
+        if let Some(errand) = &mut self.storage.errand {
+            (errand.address, errand.check) = (address, check);
+            return;
+        }
+        if let Err(error) = done {
+            text = begin(address);
+            error.write(&mut text);
+        }
+        self.send_with(&mut text, check);
+    }
+
+    #[inline(never)]
+    fn answer_late(&mut self, desk: &mut Desk, late: Late) {
+        let (Late::Busy(address, _) | Late::Stops(address, _)) = late;
+        let mut text = begin(address);
+        match late {
+            Late::Busy(_, count) => {
                 if count > 1 {
                     // There is room: it was just taken out.
                     let _ = self.late.push_front(Late::Busy(address, count - 1));
                 }
-                let mut text = begin(address);
                 Error::Busy.write(&mut text);
-                self.send_with(text, self.wants_check(address));
-                true
             }
-            Some(Late::Stops(address, keyword)) => {
-                let mut text = begin(address);
-                if let Err(error) = self.execute_plain(desk, keyword, &mut text) {
-                    error.write(&mut text);
-                }
-                self.send_with(text, self.wants_check(address));
-                true
-            }
-            None => false,
+            Late::Stops(_, keyword) => match self.execute_plain(desk, keyword, &mut text) {
+                Ok(()) => desk.sign_of_life(),
+                Err(error) => error.write(&mut text),
+            },
         }
+        self.send_with(&mut text, self.wants_check(address));
     }
 
     /// A line that came with a check is answered with one, and every line while checks are required.
@@ -326,162 +377,27 @@ impl Interpreter {
         address.has_check || self.params.is_on(Id::RequireCrc)
     }
 
-    /// Refuses a line without the check that is required, whatever it says; what stops the base needs none.
-    fn admit(&self, address: Address, command: Result<Command, Error>) -> Result<Command, Error> {
-        let missing = self.params.is_on(Id::RequireCrc) && !address.has_check;
-        match command {
-            Ok(Command::Plain(Keyword::Stop | Keyword::EStop))
-            | Err(Error::TooLong | Error::BadByte) => command,
-            _ if missing => Err(Error::Checksum),
-            _ => command,
-        }
+    /// Whether a line has the check that may be required, with letters of the right case.
+    fn is_checked(&self, address: Address, letters: Letters) -> bool {
+        let good = address.has_check && self.letters.with(letters).is_some();
+        good || !self.params.is_on(Id::RequireCrc)
     }
 
-    fn execute(
-        &mut self,
-        desk: &mut Desk,
-        command: &Command,
-        text: &mut Text,
-    ) -> Result<(), Error> {
-        match *command {
-            Command::Move(args) => {
-                let command = complete(self.last_move, args);
-                desk.move_by(command)
-                    .map_err(|r| refuse_motion(r, 1.0, "m"))?;
-                self.last_move = command;
-                self.note_given(0, args);
-            }
-            Command::Turn(args) => {
-                let command = complete(self.last_turn, args);
-                desk.turn_by(command)
-                    .map_err(|r| refuse_motion(r, DEGREES, "deg"))?;
-                self.last_turn = command;
-                self.note_given(1, args);
-            }
-            Command::CorrectPos(shift, gain) => desk.correct_pos(shift, &gain).map_err(refuse)?,
-            Command::ResetPos(pose, covariance) => {
-                desk.reset_pos(pose, &covariance).map_err(refuse)?;
-            }
-            Command::Observe(observation, age) => {
-                let gate = self.params.get(Id::Gate);
-                let distance = desk.observe(&observation, age, gate).map_err(refuse)?;
-                text.str("Observed").fixed(f64::from(distance), 6);
-                return Ok(());
-            }
-            Command::Stream(period, fields) => self.stream.set(period, fields),
-            Command::Help(subject) => {
-                reply::help(text, subject);
-                return Ok(());
-            }
-            Command::GetParam(id) => {
-                reply::param(text, &self.params, id);
-                return Ok(());
-            }
-            Command::SetParam(id, value) => {
-                let mut params = self.params;
-                params.set(id, value).map_err(refuse_param)?;
-                let geometry = matches!(id.spec().kind, Kind::Geometry | Kind::Wiring);
-                self.take_params(desk, &params, geometry)?;
-            }
-            Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
-        }
-        text.str("OK");
-        Ok(())
+    /// A line was obeyed: if checks are required now, the case of its letters is the one that counts from here.
+    fn note_letters(&mut self, letters: Letters) {
+        self.letters = if self.params.is_on(Id::RequireCrc) {
+            self.letters.with(letters).unwrap_or(self.letters)
+        } else {
+            Letters::default()
+        };
     }
 
-    fn execute_plain(
-        &mut self,
-        desk: &mut Desk,
-        keyword: Keyword,
-        text: &mut Text,
-    ) -> Result<(), Error> {
-        match keyword {
-            Keyword::GetEstPos => reply::est_pos(text, &desk.get_est_pos()),
-            Keyword::GetEstSpeed => reply::est_speed(text, desk.snapshot()),
-            Keyword::GetStatus => reply::status(text, desk.snapshot()),
-            Keyword::GetState => reply::state(text, desk.snapshot()),
-            Keyword::GetTime => reply::time(text, desk.snapshot()),
-            Keyword::GetBattery => reply::battery(text, desk.snapshot()),
-            Keyword::GetWheels => reply::wheels(text, desk.snapshot()),
-            Keyword::Version => {
-                text.str("Version")
-                    .word(env!("CARGO_PKG_NAME"))
-                    .word(env!("CARGO_PKG_VERSION"))
-                    .word(self.identity.target)
-                    .integer(i64::from(PROTOCOL_VERSION));
-            }
-            Keyword::ListParams => {
-                text.str("Params").integer(Id::COUNT as i64);
-                self.listing = Some(0);
-            }
-            Keyword::SaveParams => return self.send_to_store(Stage::Save, desk),
-            Keyword::LoadParams => return self.send_to_store(Stage::Load, desk),
-            _ => {
-                self.act(desk, keyword)?;
-                text.str("OK");
-            }
-        }
-        Ok(())
-    }
-
-    /// Commands without parameters that are answered `OK`.
-    fn act(&mut self, desk: &mut Desk, keyword: Keyword) -> Result<(), Error> {
-        match keyword {
-            Keyword::Stop => desk.stop().map_err(refuse),
-            Keyword::EStop => {
-                desk.emergency_stop();
-                Ok(())
-            }
-            Keyword::ClearFault => desk.clear_fault().map_err(refuse),
-            Keyword::Enable => desk.enable().map_err(refuse),
-            Keyword::Disable => desk.disable().map_err(refuse),
-            Keyword::ResetParams => self.take_params(desk, &{ self.defaults }, true),
-            // Those with parameters never come here: they are commands of their own.
-            _ => Err(Error::Syntax("unknown command, try Help")),
-        }
-    }
-
-    fn take_params(
-        &mut self,
-        desk: &mut Desk,
-        params: &Params,
-        geometry: bool,
-    ) -> Result<(), Error> {
-        let config = params.build(self.identity.period);
-        desk.configure(config, params.limits(), geometry)
-            .map_err(refuse)?;
-        self.params = *params;
-        self.take_motion_defaults();
-        Ok(())
-    }
-
-    /// v and a that no command has given yet are the parameters'.
-    fn take_motion_defaults(&mut self) {
-        let axes = [&mut self.last_move, &mut self.last_turn];
-        let defaults = motion_defaults(&self.params);
-        for ((last, given), default) in axes.into_iter().zip(self.given).zip(defaults) {
-            let [speed_given, acceleration_given] = given;
-            if !speed_given {
-                last.speed = default.speed;
-            }
-            if !acceleration_given {
-                last.acceleration = default.acceleration;
-            }
-        }
-    }
-
-    fn note_given(&mut self, axis: usize, args: MotionArgs) {
-        if let Some([speed, acceleration]) = self.given.get_mut(axis) {
-            *speed |= args.speed.is_some();
-            *acceleration |= args.acceleration.is_some();
-        }
-    }
-
+    #[inline(never)]
     fn tell(&mut self, snapshot: &Snapshot) {
         if self.has_room() {
             let mut text = Text::default();
             self.stream.write(&mut text, snapshot);
-            self.send(text);
+            self.send(&mut text);
         } else {
             self.stream.dropped = self.stream.dropped.saturating_add(1);
         }
@@ -491,15 +407,15 @@ impl Interpreter {
         OUTPUT - self.output.len() >= MAX_LINE + 2
     }
 
-    fn send(&mut self, text: Text) {
+    fn send(&mut self, text: &mut Text) {
         let check = self.params.is_on(Id::RequireCrc);
         self.send_with(text, check);
     }
 
-    fn send_with(&mut self, text: Text, check: bool) {
+    fn send_with(&mut self, text: &mut Text, check: bool) {
         for byte in text.finish(check) {
             // There is room: it was asked for.
-            let _ = self.output.push_back(byte);
+            let _ = self.output.push_back(*byte);
         }
     }
 }
@@ -525,15 +441,6 @@ fn motion_defaults(params: &Params) -> [AxisCommand; 2] {
     ]
 }
 
-/// What a command leaves out keeps its last value.
-fn complete(last: AxisCommand, args: MotionArgs) -> AxisCommand {
-    AxisCommand {
-        distance: args.distance.unwrap_or(last.distance),
-        speed: args.speed.unwrap_or(last.speed),
-        acceleration: args.acceleration.unwrap_or(last.acceleration),
-    }
-}
-
 fn begin(address: Address) -> Text {
     let mut text = Text::default();
     if let Some(tag) = address.tag {
@@ -542,4 +449,9 @@ fn begin(address: Address) -> Text {
         text.byte(b' ');
     }
     text
+}
+
+/// What stops the base needs no check.
+fn stops(command: &Result<Command, Error>) -> bool {
+    matches!(command, Ok(Command::Plain(Keyword::Stop | Keyword::EStop)))
 }

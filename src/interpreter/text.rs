@@ -89,7 +89,7 @@ impl Text {
     }
 
     /// Ends the line, with a check if wanted, and gives its bytes.
-    pub fn finish(mut self, check: bool) -> Vec<u8, CAPACITY> {
+    pub fn finish(&mut self, check: bool) -> &[u8] {
         if check {
             let crc = crc::of(&self.bytes);
             let _ = self.bytes.push(b'*');
@@ -98,6 +98,6 @@ impl Text {
             }
         }
         let _ = self.bytes.extend_from_slice(b"\r\n");
-        self.bytes
+        &self.bytes
     }
 }

@@ -220,11 +220,14 @@ impl Supervisor {
         if !left.is_convicted() && !right.is_convicted() {
             return None;
         }
-        let (fault, mut place) = if left.suspicion() >= right.suspicion() {
-            (left_fault?, Place::Left)
+        let (wheel, fault, mut place) = if left.suspicion() >= right.suspicion() {
+            (left, left_fault?, Place::Left)
         } else {
-            (right_fault?, Place::Right)
+            (right, right_fault?, Place::Right)
         };
+        if fault == Fault::Stall && !wheel.is_stalled() {
+            return None;
+        }
         if left_fault == right_fault {
             place = Place::Both;
         }
@@ -260,7 +263,7 @@ impl Supervisor {
         for ((time, exceeds), (limit, fault)) in self.exceeded.iter_mut().zip(exceeds).zip(BOUNDS) {
             *time = larger(*time + if exceeds { cycle.dt } else { -cycle.dt }, 0.0);
             self.alert |= *time > 0.0;
-            if found.is_none() && *time > limit {
+            if exceeds && found.is_none() && *time > limit {
                 found = Some(fault);
             }
         }

@@ -1,7 +1,7 @@
 //! One wheel: does what its encoder says fit what its motor was given?
 
 use super::{Fault, Reading};
-use crate::math::{larger, smaller};
+use crate::math::{larger, sign, smaller};
 
 /// What is known of a wheel's motor, and how far it may be off.
 ///
@@ -211,7 +211,12 @@ impl WheelMonitor {
         self.contradiction == Contradiction::Stands
     }
 
-    /// What is wrong with a wheel that contradicts its motor; nothing yet if it may be a stall that passes.
+    /// True if this cannot be a stall that passes.
+    pub(super) fn is_stalled(&self) -> bool {
+        self.suspicion > STALL_VERDICT
+    }
+
+    /// What is wrong with a wheel that contradicts its motor. A stall may still pass: see [`Self::is_stalled`].
     #[inline(never)]
     pub(super) fn verdict(&self, model: &MotorModel, reading: &Reading) -> Option<Fault> {
         // The other wheel is suspected more; this one shares its fault if it is well on the way.
@@ -229,7 +234,7 @@ impl WheelMonitor {
         match self.turns_by_current(model, reading) {
             None => Some(Fault::NoMotion),
             Some(_) if self.turning > VERDICT => Some(Fault::EncoderStuck),
-            Some(_) => (self.suspicion > STALL_VERDICT).then_some(Fault::Stall),
+            Some(_) => Some(Fault::Stall),
         }
     }
 
@@ -240,7 +245,8 @@ impl WheelMonitor {
         if drop.abs() < NO_CURRENT * u.abs() && u.abs() > model.speed_gain * model.rest_floor {
             return None;
         }
-        // Back-EMF over voltage per speed.
-        Some((u - drop) / model.speed_gain > TURNING * self.expected)
+        // Back-EMF over voltage per speed, in the model's direction.
+        let speed = (u - drop) / model.speed_gain;
+        Some(speed * sign(self.expected) > TURNING * self.expected.abs())
     }
 }

@@ -32,7 +32,8 @@ where
     counter: Q,
     last: Q::Count,
     total: i64,
-    reversed: bool,
+    /// 1, or −1 if counts fall when the wheel rolls forward.
+    direction: i32,
 }
 
 impl<Q: Qei> Encoder<Q>
@@ -46,13 +47,13 @@ where
             counter,
             last,
             total: 0,
-            reversed: false,
+            direction: 1,
         }
     }
 
     /// Says whether counts fall when the wheel rolls forward.
     pub fn set_reversed(&mut self, reversed: bool) {
-        self.reversed = reversed;
+        self.direction = if reversed { -1 } else { 1 };
     }
 
     /// Counts since the last reading, positive forward.
@@ -60,11 +61,7 @@ where
         let count = self.counter.count();
         let difference = count.since(self.last);
         self.last = count;
-        let difference = if self.reversed {
-            difference.saturating_neg()
-        } else {
-            difference
-        };
+        let difference = difference.wrapping_mul(self.direction);
         self.total = self.total.wrapping_add(i64::from(difference));
         difference
     }

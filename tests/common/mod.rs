@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::f64::consts::PI;
-use vehicle_controller::controller::{Controller, Estimate, Inputs, Interface, Snapshot};
+use vehicle_controller::controller::{Action, Controller, Estimate, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::supervisor::Fault;
@@ -20,11 +20,25 @@ pub(crate) const DEGREES: f64 = 180.0 / PI;
 pub(crate) struct Perfect {
     config: Config,
     speed: Twist,
-    /// In the cycle before.
-    before: Twist,
+    /// What its motors are driven for, and were in the cycle before.
+    driven: [Twist; 2],
     rolled: [f64; 2],
     /// The outputs refuse to be written.
     broken: std::rc::Rc<std::cell::Cell<bool>>,
+    hand: std::rc::Rc<Hand>,
+}
+
+/// What happens to a vehicle, whatever its motors do; and what they do.
+#[derive(Debug, Default)]
+pub(crate) struct Hand {
+    /// The vehicle is carried along at this speed, m/s.
+    pub(crate) carries: std::cell::Cell<Option<f32>>,
+    /// What the next increment is wrong by, m.
+    pub(crate) error: std::cell::Cell<f32>,
+    /// The motors are driven.
+    pub(crate) drives: std::cell::Cell<bool>,
+    /// They are not, and brake.
+    pub(crate) brakes: std::cell::Cell<bool>,
 }
 
 impl Perfect {
@@ -54,13 +68,19 @@ impl VirtualVehicle for Perfect {
     }
 
     fn sense(&mut self, dt: f32) -> Motion {
+        if let Some(translation) = self.hand.carries.get() {
+            self.speed = Twist {
+                translation,
+                rotation: 0.0,
+            };
+        }
         let speeds = self.config.geometry.wheel_speeds(self.speed);
         for (rolled, speed) in self.rolled.iter_mut().zip(speeds) {
             *rolled += f64::from(speed * dt);
         }
         Motion {
             increment: Twist {
-                translation: self.speed.translation * dt,
+                translation: self.speed.translation * dt + self.hand.error.take(),
                 rotation: self.speed.rotation * dt,
             },
             speed: self.speed,
@@ -73,13 +93,17 @@ impl VirtualVehicle for Perfect {
         if self.broken.get() {
             return Err(OutputError);
         }
-        self.before = self.speed;
+        self.hand.drives.set(true);
+        self.hand.brakes.set(false);
+        self.driven = [speed, self.driven[0]];
         self.speed = speed;
         Ok(())
     }
 
     fn off(&mut self) -> Result<(), OutputError> {
-        self.before = Twist::ZERO;
+        self.hand.drives.set(false);
+        self.hand.brakes.set(false);
+        self.driven = [Twist::ZERO; 2];
         self.speed = Twist::ZERO;
         if self.broken.get() {
             return Err(OutputError);
@@ -87,15 +111,21 @@ impl VirtualVehicle for Perfect {
         Ok(())
     }
 
+    fn brake(&mut self) -> Result<(), OutputError> {
+        self.off()?;
+        self.hand.brakes.set(true);
+        Ok(())
+    }
+
     fn wheels(&self) -> [Wheel; 2] {
         let geometry = &self.config.geometry;
         let per_count = geometry.per_count();
         let speeds = geometry.wheel_speeds(self.speed);
-        let before = geometry.wheel_speeds(self.before);
+        let [driven, before] = self.driven.map(|speed| geometry.wheel_speeds(speed));
         [0, 1].map(|wheel: usize| Wheel {
             count: (self.rolled[wheel] / per_count[wheel]) as i64,
             speed: speeds[wheel],
-            duty: self.duty(wheel, before[wheel], speeds[wheel]),
+            duty: self.duty(wheel, before[wheel], driven[wheel]),
         })
     }
 }
@@ -115,6 +145,8 @@ pub(crate) struct Rig {
     pub(crate) alive: bool,
     /// The motor outputs refuse to be written.
     pub(crate) broken: std::rc::Rc<std::cell::Cell<bool>>,
+    /// What happens to the vehicle.
+    pub(crate) hand: std::rc::Rc<Hand>,
     received: Vec<u8>,
     unsolicited: Vec<String>,
 }
@@ -133,13 +165,15 @@ impl Rig {
     /// A base that starts with a fault.
     pub(crate) fn after(params: Params, fault: Option<Fault>) -> Self {
         let broken = std::rc::Rc::default();
+        let hand = std::rc::Rc::default();
         let config = params.build(PERIOD);
         let vehicle = Perfect {
             config: config.vehicle,
             speed: Twist::ZERO,
-            before: Twist::ZERO,
+            driven: [Twist::ZERO; 2],
             rolled: [0.0; 2],
             broken: std::rc::Rc::clone(&broken),
+            hand: std::rc::Rc::clone(&hand),
         };
         let mut controller = Controller::new(vehicle, config, fault);
         let now = Instant::from_ticks(0);
@@ -159,6 +193,7 @@ impl Rig {
             listening: true,
             alive: true,
             broken,
+            hand,
             received: Vec::new(),
             unsolicited: Vec::new(),
         };
@@ -354,6 +389,11 @@ impl Rig {
         let replies = self.replies();
         assert!(replies.is_empty(), "nobody asked for {replies:?}");
         std::mem::take(&mut self.unsolicited)
+    }
+
+    /// Something on the same processor asks for this, past the desk.
+    pub(crate) fn act(&mut self, action: &Action<Config>) {
+        assert!(self.controller.request(*action).is_ok());
     }
 
     /// What is known after the last tick.

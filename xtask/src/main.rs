@@ -4,6 +4,7 @@ mod diff;
 mod fuzz;
 mod image;
 mod machine;
+mod mutants;
 mod pyserial;
 mod readme;
 mod run;
@@ -70,6 +71,8 @@ enum Chore {
     },
     /// Feed the library inputs that coverage leads to, and see that it keeps its promises
     Fuzz(fuzz::Options),
+    /// Change the supervisor in hundreds of ways, one at a time, and see that a test notices each; takes an hour or two
+    Mutants(mutants::Options),
     /// Drive at random for simulated hours, healthy and with faults, and see that nothing trips without cause and nothing moves that should not
     Soak(soak::Options),
 }
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         } => finished(image::artificial_panic(&session)),
         Chore::Panics { which, .. } => told(&image::panics(&session, which)),
         Chore::Fuzz(options) => finished(fuzz::run(&session, &options)),
+        Chore::Mutants(options) => finished(mutants::run(&session, &options)),
         Chore::Soak(options) => finished(soak::run(&session, &options)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));

@@ -28,8 +28,9 @@ pub enum Operation {
     JumpRegister(Register),
     /// Back to the caller, with so many bytes taken from the stack by the same instruction.
     Return(i32),
-    /// A jump over as many bytes or halfwords as a table behind the instruction says, twice.
+    /// A jump over as many bytes or halfwords as a table says, twice: the one behind the instruction, or where a register points.
     Table {
+        at: Option<Register>,
         halfwords: bool,
     },
     /// A jump to where nothing here can tell.

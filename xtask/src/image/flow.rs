@@ -150,9 +150,16 @@ impl<R: Fn(u32) -> bool> Walk<'_, R> {
                 }
                 false
             }
-            Operation::Table { halfwords } => {
-                let start = instruction.next;
-                let targets = table::targets(self.image, code, &self.range, start, *halfwords);
+            Operation::Table { at, halfwords } => {
+                let origin = instruction.next;
+                let start = match at.map(|register| before.get(register)) {
+                    None => Some(origin),
+                    Some(Value::Constants([start, ..], 1)) => Some(start),
+                    Some(_) => None,
+                };
+                let targets = start.and_then(|start| {
+                    table::targets(self.image, code, &self.range, start, origin, *halfwords)
+                });
                 self.go_to_one_of(address, instruction, targets, &after);
                 false
             }

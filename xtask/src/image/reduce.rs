@@ -87,9 +87,18 @@ impl Decoded<'_> {
     }
 
     fn table(&self) -> Operation {
+        let halfwords = self.kind == I::TBH;
         match self.memory(0) {
             Some((base, 0)) if base == ArmReg::ARM_REG_PC => Operation::Table {
-                halfwords: self.kind == I::TBH,
+                at: None,
+                halfwords,
+            },
+            Some((base, 0)) => match general(RegId(base as u16)) {
+                Some(register) => Operation::Table {
+                    at: Some(register),
+                    halfwords,
+                },
+                None => Operation::Jump,
             },
             _ => Operation::Jump,
         }

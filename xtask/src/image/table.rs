@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::decode::Code;
 use super::elf::Image;
 
-/// The targets of a table, all of them instructions of the same function; none if it makes no sense as one.
+/// The targets of a table at `start`, whose entries count from `origin`, all of them instructions of the same function; none if it makes no sense as one.
 ///
 /// A table says nowhere how long it is. It ends at the latest where code begins, where its own first target lies, or
 /// where the function keeps a constant.
@@ -14,6 +14,7 @@ pub fn targets(
     code: &Code,
     range: &Range<u32>,
     start: u32,
+    origin: u32,
     halfwords: bool,
 ) -> Option<Vec<u32>> {
     let size = if halfwords { 2 } else { 1 };
@@ -34,8 +35,9 @@ pub fn targets(
             .iter()
             .rev()
             .fold(0, |entry, &byte| entry << 8 | u32::from(byte));
-        let target = start + 2 * entry;
-        if !range.contains(&target) || !code.contains_key(&target) {
+        let target = origin + 2 * entry;
+        // Nobody jumps to what may lie between the jump and its table.
+        if target <= start || !range.contains(&target) || !code.contains_key(&target) {
             // Up to three bytes fill the room before an aligned constant or instruction.
             if targets.is_empty() || end - at > 3 {
                 return None;

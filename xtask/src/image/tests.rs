@@ -139,6 +139,17 @@ fn a_jump_table_is_followed() {
 }
 
 #[test]
+fn a_jump_table_behind_a_register_is_followed() {
+    // The second arm is where it hangs, and only the table leads there. Entries count from behind the `tbb`, wherever the table is.
+    one_offence(
+        "#[unsafe(no_mangle)] extern \"C\" fn hang() { loop { core::hint::spin_loop() } }
+        naked!(idle: \"and r0, r0, #1\", \"adr.w r3, 3f\", \"tbb [r3, r0]\", \"0: nop\", \".balign 4\",
+            \"3: .byte (1f - 0b) / 2\", \".byte (2f - 0b) / 2\", \".balign 2\", \"1: b idle\", \"2: bl hang\", \"b idle\");",
+        &["hang never returns", "-> hang"],
+    );
+}
+
+#[test]
 fn instructions_that_stop_are_found() {
     for (stop, text) in [
         ("udf #1", "stops the program"),

@@ -1,0 +1,167 @@
+//! Commands, carried out on a desk; their results as text.
+
+use super::command::{Command, MotionArgs};
+use super::error::{Error, refuse, refuse_motion, refuse_param};
+use super::keyword::Keyword;
+use super::storage::Stage;
+use super::text::Text;
+use super::{Desk, Interpreter, PROTOCOL_VERSION, motion_defaults, reply};
+use crate::controller::AxisCommand;
+use crate::params::{DEGREES, Id, Kind, Params};
+
+impl Interpreter {
+    pub(super) fn execute(
+        &mut self,
+        desk: &mut Desk,
+        command: &Command,
+        text: &mut Text,
+    ) -> Result<(), Error> {
+        match *command {
+            Command::Move(args) => {
+                let command = complete(self.last_move, args);
+                desk.move_by(command)
+                    .map_err(|r| refuse_motion(r, 1.0, "m"))?;
+                self.last_move = command;
+                self.note_given(0, args);
+            }
+            Command::Turn(args) => {
+                let command = complete(self.last_turn, args);
+                desk.turn_by(command)
+                    .map_err(|r| refuse_motion(r, DEGREES, "deg"))?;
+                self.last_turn = command;
+                self.note_given(1, args);
+            }
+            Command::CorrectPos(shift, gain) => desk.correct_pos(shift, &gain).map_err(refuse)?,
+            Command::ResetPos(pose, covariance) => {
+                desk.reset_pos(pose, &covariance).map_err(refuse)?;
+            }
+            Command::Observe(observation, age) => {
+                let gate = self.params.get(Id::Gate);
+                let distance = desk.observe(&observation, age, gate).map_err(refuse)?;
+                text.str("Observed").fixed(f64::from(distance), 6);
+                return Ok(());
+            }
+            Command::Stream(period, fields) => self.stream.set(period, fields),
+            Command::Help(subject) => {
+                reply::help(text, subject);
+                return Ok(());
+            }
+            Command::GetParam(id) => {
+                reply::param(text, &self.params, id);
+                return Ok(());
+            }
+            Command::SetParam(id, value) => {
+                self.set_param(desk, id, value)?;
+            }
+            Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
+        }
+        text.str("OK");
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn set_param(&mut self, desk: &mut Desk, id: Id, value: f32) -> Result<(), Error> {
+        let mut params = self.params;
+        params.set(id, value).map_err(refuse_param)?;
+        let geometry = matches!(id.spec().kind, Kind::Geometry | Kind::Wiring);
+        self.take_params(desk, &params, geometry)
+    }
+
+    #[inline(never)]
+    pub(super) fn execute_plain(
+        &mut self,
+        desk: &mut Desk,
+        keyword: Keyword,
+        text: &mut Text,
+    ) -> Result<(), Error> {
+        match keyword {
+            Keyword::GetEstPos => reply::est_pos(text, &desk.get_est_pos()),
+            Keyword::GetEstSpeed => reply::est_speed(text, desk.snapshot()),
+            Keyword::GetStatus => reply::status(text, desk.snapshot()),
+            Keyword::GetState => reply::state(text, desk.snapshot()),
+            Keyword::GetTime => reply::time(text, desk.snapshot()),
+            Keyword::GetBattery => reply::battery(text, desk.snapshot()),
+            Keyword::GetWheels => reply::wheels(text, desk.snapshot()),
+            Keyword::Version => {
+                text.str("Version")
+                    .word(env!("CARGO_PKG_NAME"))
+                    .word(env!("CARGO_PKG_VERSION"))
+                    .word(self.identity.target)
+                    .integer(i64::from(PROTOCOL_VERSION));
+            }
+            Keyword::ListParams => {
+                text.str("Params").integer(Id::COUNT as i64);
+                self.listing = Some(0);
+            }
+            Keyword::SaveParams => return self.send_to_store(Stage::Save, desk),
+            Keyword::LoadParams => return self.send_to_store(Stage::Load, desk),
+            _ => {
+                self.act(desk, keyword)?;
+                text.str("OK");
+            }
+        }
+        Ok(())
+    }
+
+    /// Commands without parameters that are answered `OK`.
+    fn act(&mut self, desk: &mut Desk, keyword: Keyword) -> Result<(), Error> {
+        match keyword {
+            Keyword::Stop => desk.stop().map_err(refuse),
+            Keyword::EStop => {
+                desk.emergency_stop();
+                Ok(())
+            }
+            Keyword::ClearFault => desk.clear_fault().map_err(refuse),
+            Keyword::Enable => desk.enable().map_err(refuse),
+            Keyword::Disable => desk.disable().map_err(refuse),
+            Keyword::ResetParams => self.take_params(desk, &{ self.defaults }, true),
+            // Those with parameters never come here: they are commands of their own.
+            _ => Err(Error::Syntax("unknown command, try Help")),
+        }
+    }
+
+    pub(super) fn take_params(
+        &mut self,
+        desk: &mut Desk,
+        params: &Params,
+        geometry: bool,
+    ) -> Result<(), Error> {
+        let config = params.build(self.identity.period);
+        desk.configure(config, params.limits(), geometry)
+            .map_err(refuse)?;
+        self.params = *params;
+        self.take_motion_defaults();
+        Ok(())
+    }
+
+    /// v and a that no command has given yet are the parameters'.
+    fn take_motion_defaults(&mut self) {
+        let axes = [&mut self.last_move, &mut self.last_turn];
+        let defaults = motion_defaults(&self.params);
+        for ((last, given), default) in axes.into_iter().zip(self.given).zip(defaults) {
+            let [speed_given, acceleration_given] = given;
+            if !speed_given {
+                last.speed = default.speed;
+            }
+            if !acceleration_given {
+                last.acceleration = default.acceleration;
+            }
+        }
+    }
+
+    fn note_given(&mut self, axis: usize, args: MotionArgs) {
+        if let Some([speed, acceleration]) = self.given.get_mut(axis) {
+            *speed |= args.speed.is_some();
+            *acceleration |= args.acceleration.is_some();
+        }
+    }
+}
+
+/// What a command leaves out keeps its last value.
+fn complete(last: AxisCommand, args: MotionArgs) -> AxisCommand {
+    AxisCommand {
+        distance: args.distance.unwrap_or(last.distance),
+        speed: args.speed.unwrap_or(last.speed),
+        acceleration: args.acceleration.unwrap_or(last.acceleration),
+    }
+}
