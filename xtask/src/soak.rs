@@ -65,7 +65,7 @@ impl Options {
 }
 
 /// Simulated minutes on the emulated board that a verification has time for.
-const EMULATED_MINUTES: f64 = 3.0;
+const EMULATED_MINUTES: f64 = 2.0;
 
 /// Runs the simulator's own soak.
 pub fn run(session: &Session, options: &Options) -> Result<Outcome> {

@@ -146,8 +146,8 @@ impl Driver {
                 vec![plain("Disable", Said::Disable)]
             }
             96..98 => vec![plain("EStop", Said::EStop)],
-            98 => vec![other("SaveParams".into())],
-            _ => vec![plain("ClearFault", Said::ClearFault)],
+            98 if book.latched.is_none() => vec![plain("ClearFault", Said::ClearFault)],
+            _ => vec![other("SaveParams".into())],
         }
     }
 
@@ -203,26 +203,7 @@ impl Driver {
         let axis = random.random_range(0..2);
         let max = self.limits[axis][1];
         let acceleration = written(log(random, 0.1 * max, max)).min(max);
-        Self::drive(axis, 0.0, acceleration)
-    }
-
-    /// A motion without an end at a velocity.
-    fn drive(axis: usize, velocity: f64, acceleration: f64) -> Wish {
-        let speed = velocity.abs();
-        let sign = if velocity < 0.0 { "-" } else { "" };
-        Wish {
-            text: format!("{} {sign}inf {speed} {acceleration}", NAMES[axis]),
-            said: Said::Motion(
-                axis,
-                Motion {
-                    endless: speed > 0.0,
-                    distance: 0.0,
-                    speed: speed * UNITS[axis],
-                    acceleration: acceleration * UNITS[axis],
-                    gives: [true; 2],
-                },
-            ),
-        }
+        drive(axis, 0.0, acceleration)
     }
 
     fn beyond(&self, random: &mut ChaCha8Rng) -> Wish {
@@ -265,7 +246,7 @@ impl Driver {
             ..
         } = *stream;
         [0, 1]
-            .map(|axis| Self::drive(axis, speeds[axis], accelerations[axis]))
+            .map(|axis| drive(axis, speeds[axis], accelerations[axis]))
             .into()
     }
 
@@ -296,6 +277,25 @@ const UNITS: [f64; 2] = [1.0, std::f64::consts::PI / 180.0];
 /// As it is written with four decimals.
 fn written(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
+}
+
+/// A motion without an end at a velocity.
+fn drive(axis: usize, velocity: f64, acceleration: f64) -> Wish {
+    let speed = velocity.abs();
+    let sign = if velocity < 0.0 { "-" } else { "" };
+    Wish {
+        text: format!("{} {sign}inf {speed} {acceleration}", NAMES[axis]),
+        said: Said::Motion(
+            axis,
+            Motion {
+                endless: speed > 0.0,
+                distance: 0.0,
+                speed: speed * UNITS[axis],
+                acceleration: acceleration * UNITS[axis],
+                gives: [true; 2],
+            },
+        ),
+    }
 }
 
 fn plain(text: &str, said: Said) -> Wish {

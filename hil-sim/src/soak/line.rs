@@ -142,8 +142,8 @@ impl Line {
             match byte {
                 b'\r' => {}
                 b'\n' => {
-                    let bytes = std::mem::take(&mut self.partial);
-                    let line = String::from_utf8_lossy(&bytes);
+                    let line = std::mem::take(&mut self.partial);
+                    let line = String::from_utf8_lossy(&line);
                     answers.extend(self.understand(at, &line));
                 }
                 byte => self.partial.push(*byte),

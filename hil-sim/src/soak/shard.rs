@@ -27,6 +27,8 @@ const TRACE_STEP: usize = 10;
 const AFTERMATH_MS: u64 = 2000;
 /// A line is answered within this, ms: saving may erase meanwhile.
 const ANSWER_MS: u64 = 3000;
+/// A base below this stands, m/s and rad/s.
+const STANDS: [f64; 2] = [0.02, 0.05];
 /// Progress is told this often, ticks.
 const TOLD_TICKS: u64 = 4096;
 
@@ -214,6 +216,11 @@ impl<B: Watched> Shard<'_, B> {
         if self.recover_at.is_none_or(|at| now < at) || !self.line.is_idle() {
             return Ok(());
         }
+        // What slides on tyres that have lost their grip does not do what its motors are given: nobody drives on before it stands.
+        let (speed, turn_speed) = self.base.plant().speed();
+        if speed.abs() > STANDS[0] || turn_speed.abs() > STANDS[1] {
+            return Ok(());
+        }
         if self.wrong_until.is_some() && self.random.random_bool(0.8) {
             self.mend(now)?;
         }
@@ -249,8 +256,12 @@ impl<B: Watched> Shard<'_, B> {
             .line
             .send(&mut self.base, now, &wish.text, wish.said, latched)?;
         self.book.note_sent(&sent);
+        let mut pending = self.line.pending();
+        let may_be_enabled = !self.book.disabled
+            || self.line.wrecked
+            || pending.any(|sent| sent.said == Said::Enable);
         match wish.said {
-            Said::Motion(axis, _) if !latched && (!self.book.disabled || self.line.wrecked) => {
+            Said::Motion(axis, _) if !latched && may_be_enabled => {
                 self.watch.note_motion(axis);
             }
             Said::Enable => self.watch.note_enable(),
