@@ -17,7 +17,11 @@ enum Told {
 }
 
 /// Remembers what its motors were told last.
-struct Recorder(Rc<Cell<Told>>);
+struct Recorder {
+    told: Rc<Cell<Told>>,
+    /// Its PWM refuses to be written.
+    refuses: bool,
+}
 
 impl VirtualVehicle for Recorder {
     type Config = differential::Config;
@@ -33,17 +37,20 @@ impl VirtualVehicle for Recorder {
     }
 
     fn drive(&mut self, _: Twist, _: Twist, _: f32, _: f32) -> Result<(), OutputError> {
-        self.0.set(Told::Drive);
+        self.told.set(Told::Drive);
         Ok(())
     }
 
     fn brake(&mut self) -> Result<(), OutputError> {
-        self.0.set(Told::Brake);
+        self.told.set(Told::Brake);
+        if self.refuses {
+            return Err(OutputError);
+        }
         Ok(())
     }
 
     fn off(&mut self) -> Result<(), OutputError> {
-        self.0.set(Told::Off);
+        self.told.set(Told::Off);
         Ok(())
     }
 
@@ -52,13 +59,23 @@ impl VirtualVehicle for Recorder {
     }
 }
 
+const AHEAD: AxisCommand = AxisCommand {
+    distance: f32::INFINITY,
+    speed: 0.3,
+    acceleration: 0.5,
+};
+
 const PERIOD: Duration = Duration::millis(1);
 
 #[test]
 fn brakes_for_half_a_second_and_lets_go() {
     let told = Rc::new(Cell::new(Told::Drive));
     let config = Params::default().build(PERIOD);
-    let mut controller = Controller::new(Recorder(Rc::clone(&told)), config, None);
+    let recorder = Recorder {
+        told: Rc::clone(&told),
+        refuses: false,
+    };
+    let mut controller = Controller::new(recorder, config, None);
     let mut now = 0;
     let mut tick = |controller: &mut Controller<Recorder>| {
         controller.tick(Instant::from_ticks(now), &Inputs::default());
@@ -67,12 +84,7 @@ fn brakes_for_half_a_second_and_lets_go() {
     };
     // Nothing has moved: there is nothing to brake.
     assert_eq!(tick(&mut controller), Told::Off);
-    let ahead = AxisCommand {
-        distance: f32::INFINITY,
-        speed: 0.3,
-        acceleration: 0.5,
-    };
-    controller.request(Action::Move(ahead)).unwrap();
+    controller.request(Action::Move(AHEAD)).unwrap();
     assert_eq!(tick(&mut controller), Told::Drive);
     controller.request(Action::EStop).unwrap();
     for k in 0..500 {
@@ -84,4 +96,26 @@ fn brakes_for_half_a_second_and_lets_go() {
     // A second stop does not brake what is off.
     controller.request(Action::EStop).unwrap();
     assert_eq!(tick(&mut controller), Told::Off);
+}
+
+#[test]
+fn a_driver_that_cannot_be_told_to_brake_is_off_in_the_same_tick() {
+    let told = Rc::new(Cell::new(Told::Drive));
+    let config = Params::default().build(PERIOD);
+    let recorder = Recorder {
+        told: Rc::clone(&told),
+        refuses: true,
+    };
+    let mut controller = Controller::new(recorder, config, None);
+    controller.request(Action::Move(AHEAD)).unwrap();
+    controller.tick(Instant::from_ticks(0), &Inputs::default());
+    assert_eq!(told.get(), Told::Drive);
+    controller.request(Action::EStop).unwrap();
+    for now in 1..700 {
+        controller.tick(
+            Instant::from_ticks(now * PERIOD.ticks()),
+            &Inputs::default(),
+        );
+        assert_eq!(told.get(), Told::Off, "after {now} ms");
+    }
 }

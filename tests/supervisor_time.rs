@@ -121,24 +121,23 @@ fn the_budget_itself_is_no_jump() {
 }
 
 #[test]
-fn a_jump_is_made_up_for_with_time() {
-    let mut supervisor = Supervisor::default();
-    assert_eq!(
-        supervisor.jumps(&CONFIG, [0.093, 0.0], DT),
-        Some(Place::Left)
-    );
-    // 9 cm ahead, and 3 mm a tick are made up for: 3 cm is no jump any more after 20 of them.
-    let at = (1..100).find(|_| supervisor.jumps(&CONFIG, [0.0; 2], DT).is_none());
-    assert!(matches!(at, Some(20 | 21)), "{at:?}");
-    // What is left of the budget is little, until it has been made up for, too.
-    assert_eq!(
-        supervisor.jumps(&CONFIG, [0.01, 0.0], DT),
-        Some(Place::Left)
-    );
-    for _ in 0..20 {
-        supervisor.jumps(&CONFIG, [0.0; 2], DT);
+fn a_jump_is_told_once_however_far_it_was() {
+    // 9 cm, what 16 bits of coarse counts can be, and what 32 bits can.
+    for way in [0.093, 400.0, 2e5] {
+        let mut supervisor = Supervisor::default();
+        assert_eq!(supervisor.jumps(&CONFIG, [way, 0.0], DT), Some(Place::Left));
+        assert_eq!(supervisor.jumps(&CONFIG, [0.003, 0.003], DT), None, "{way}");
+        // Nothing is left of the budget, until it has been made up for.
+        assert_eq!(
+            supervisor.jumps(&CONFIG, [0.0031, 0.0], DT),
+            Some(Place::Left)
+        );
+        // 3 mm a tick are made up for, and the budget has 3 cm.
+        for _ in 0..11 {
+            assert_eq!(supervisor.jumps(&CONFIG, [0.0; 2], DT), None);
+        }
+        assert_eq!(supervisor.jumps(&CONFIG, [0.032, 0.032], DT), None);
     }
-    assert_eq!(supervisor.jumps(&CONFIG, [0.032, 0.032], DT), None);
 }
 
 #[test]
