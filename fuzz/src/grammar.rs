@@ -129,6 +129,16 @@ pub enum Ask {
     Plain(&'static str),
 }
 
+impl Ask {
+    /// True if it may move the base, or let it.
+    pub fn may_move(self) -> bool {
+        matches!(
+            self,
+            Self::Motion(..) | Self::Plain("ClearFault" | "Enable")
+        )
+    }
+}
+
 const PLAIN: [&str; 17] = [
     "Stop",
     "GetEstPos",

@@ -55,12 +55,16 @@ fn key(name: &str) -> u32 {
     crc32(name.as_bytes())
 }
 
-fn load(content: &[(usize, Vec<u8>)]) -> Result<Restored, StoreError> {
+fn flash_with(content: &[(usize, Vec<u8>)]) -> Flash {
     let mut flash = Flash::new(1, 1);
     for (offset, bytes) in content {
         flash.place(*offset, bytes);
     }
-    Store::open(flash).load(&Params::default())
+    flash
+}
+
+fn load(content: &[(usize, Vec<u8>)]) -> Result<Restored, StoreError> {
+    Store::open(flash_with(content)).load(&Params::default())
 }
 
 fn fallbacks(restored: &Restored) -> Vec<Fallback> {
@@ -166,9 +170,42 @@ fn every_wrong_bit_of_a_set_is_noticed() {
     for bit in 32..8 * whole {
         let mut wrong = new.clone();
         wrong[bit / 8] ^= 1 << (bit % 8);
-        let restored = load(&[(0, old.clone()), (SLOT, wrong)]).unwrap();
+        let mut store = Store::open(flash_with(&[(0, old.clone()), (SLOT, wrong)]));
+        let restored = store.load_or_defaults(&Params::default());
         assert_eq!(restored.params.get(Id::Gate), 1.0, "bit {bit}");
+        // But for the format, which says that there is a set at all.
+        assert_eq!(restored.lost, bit >= 64, "bit {bit}");
     }
+}
+
+#[test]
+fn an_older_set_in_force_is_told_until_something_is_saved() {
+    let sets = [1, 2, 3].map(|n| slot(n, &[(key("gate"), n as f32)]));
+    let [first, mut second, mut third] = sets;
+    second[16] ^= 1;
+    third[20] ^= 1;
+    for content in [
+        [(0, first.clone()), (SLOT, second.clone())],
+        [(SECTOR, first.clone()), (SECTOR + SLOT, third)],
+    ] {
+        let mut store = Store::open(flash_with(&content));
+        let defaults = Params::default();
+        for _ in 0..2 {
+            let restored = store.load_or_defaults(&defaults);
+            assert_eq!((restored.params, restored.lost), (with_gate(1.0), true));
+            assert_eq!(store.load(&defaults), Err(StoreError::Damaged));
+            store = Store::open(store.into_flash());
+        }
+        // Also if it is just what is in force.
+        save(&mut store, &with_gate(1.0));
+        assert_eq!(store.load(&defaults).unwrap().params, with_gate(1.0));
+        store = Store::open(store.into_flash());
+        let restored = store.load_or_defaults(&defaults);
+        assert_eq!((restored.params, restored.lost), (with_gate(1.0), false));
+    }
+    // What an interrupted erase has left in the other sector is no loss.
+    let mut store = Store::open(flash_with(&[(0, first), (SECTOR, second)]));
+    assert!(!store.load_or_defaults(&Params::default()).lost);
 }
 
 #[test]
@@ -189,11 +226,7 @@ fn garbage_is_told_from_nothing() {
             vec![(5 * SLOT + 100, garbage(64))],
         ] {
             assert_eq!(load(&content), Err(StoreError::Damaged));
-            let mut flash = Flash::new(1, 1);
-            for (offset, bytes) in &content {
-                flash.place(*offset, bytes);
-            }
-            let mut store = Store::open(flash);
+            let mut store = Store::open(flash_with(&content));
             assert!(store.load_or_defaults(&Params::default()).lost);
             save(&mut store, &with_gate(9.0));
             let mut store = Store::open(store.into_flash());

@@ -238,9 +238,10 @@ impl Interpreter {
             self.tell_event(event);
         }
         while self.has_room() && self.answer_next(desk) {}
-        // What a Stop has to wait for may take long, or never end if nobody reads.
+        // What a Stop has to wait for may take long, or never end if nobody reads. And of so many lines that come late it may be one that is forgotten.
         let waits = self.storage.errand.is_some() || self.listing.is_some() || !self.has_room();
-        if self.halt && waits {
+        let forgotten = self.waiting.is_empty() && self.late.is_empty();
+        if self.halt && (waits || forgotten) {
             self.halt = desk.stop().is_err();
         }
         if self.stream.is_due(desk.snapshot().time) {

@@ -49,7 +49,7 @@ pub struct Restored {
     pub params: Params,
     /// What is not as it was stored.
     pub fallbacks: Fallbacks,
-    /// Something was stored, and cannot be read any more: these are the defaults.
+    /// Something was stored, and cannot be read any more: this is an older set, or the defaults.
     pub lost: bool,
 }
 

@@ -140,7 +140,7 @@ faults! {
         "after ResetPos";
     /// The stored parameters cannot be read.
     Storage "storage" Off,
-        "at the start: parameters were stored, and cannot be read; the defaults are in force",
+        "at the start: what was saved last cannot be read any more; an older set or the defaults are in force",
         "at once: it says that they have been looked at";
 }
 

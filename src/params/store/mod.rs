@@ -85,6 +85,8 @@ enum Job {
 pub struct Store<F> {
     flash: F,
     newest: Result<Newest, StoreError>,
+    /// A newer one has decayed.
+    outdated: bool,
     job: Job,
 }
 
@@ -102,6 +104,7 @@ impl<F: Flash> Store<F> {
         let mut store = Self {
             flash,
             newest: Err(StoreError::Empty),
+            outdated: false,
             job: Job::Idle,
         };
         store.newest = store.find();
@@ -126,18 +129,23 @@ impl<F: Flash> Store<F> {
     /// The newest set, with `defaults` for what is not in it or cannot be used.
     ///
     /// # Errors
-    /// [`StoreError`] if there is none.
+    /// [`StoreError`] if there is none, or only an older one.
     pub fn load(&mut self, defaults: &Params) -> Result<Restored, StoreError> {
         let mut restored = Restored::new(defaults);
         self.load_into(&mut restored, defaults)?;
+        if self.outdated {
+            return Err(StoreError::Damaged);
+        }
         Ok(restored)
     }
 
-    /// What a base begins with: the newest set, or the defaults.
+    /// What a base begins with: the newest set that is whole, or the defaults.
     #[inline(never)]
     pub fn load_or_defaults(&mut self, defaults: &Params) -> Restored {
         let mut restored = Restored::new(defaults);
-        if let Err(error) = self.load_into(&mut restored, defaults) {
+        let loaded = self.load_into(&mut restored, defaults);
+        restored.lost = self.outdated;
+        if let Err(error) = loaded {
             restored.params = *defaults;
             // An empty store is as it should be.
             restored.lost = error != StoreError::Empty;
@@ -200,6 +208,7 @@ impl<F: Flash> Store<F> {
                     return self.next_slot();
                 }
                 if let Ok(Newest { slot, sequence }) = self.newest
+                    && !self.outdated
                     && slot.holds(flash, sequence, params)?
                     && slot.is_whole(flash)?
                 {
@@ -237,6 +246,7 @@ impl<F: Flash> Store<F> {
                     slot,
                     sequence: sequence.wrapping_add(1),
                 });
+                self.outdated = false;
                 Job::Seal(slot)
             }
             Job::Seal(slot) => {
@@ -247,20 +257,26 @@ impl<F: Flash> Store<F> {
         })
     }
 
+    /// The slots of a sector behind this one.
+    fn behind(slot: Slot) -> impl Iterator<Item = Slot> {
+        let ends = (slot.0 + 1).next_multiple_of(Self::SLOTS_PER_SECTOR);
+        (slot.0 + 1..ends).map(Slot)
+    }
+
     /// Where the next set goes.
     fn next_slot(&mut self) -> Result<Job, StoreError> {
-        const FIRST: u32 = 0;
+        const FIRST: Slot = Slot(0);
         let second = Self::SLOTS_PER_SECTOR;
-        let (free, other) = match self.newest {
-            Ok(Newest { slot, .. }) if slot.0 < second => (slot.0 + 1..second, second),
-            Ok(Newest { slot, .. }) => (slot.0 + 1..Self::SLOTS, FIRST),
+        let (last, other) = match self.newest {
+            Ok(Newest { slot, .. }) if slot.0 < second => (Some(slot), second),
+            Ok(Newest { slot, .. }) => (Some(slot), FIRST.0),
             // The first save of all was cut off, behind its erase.
-            Err(StoreError::Empty) if Slot(FIRST).mark(&mut self.flash)? == Mark::Unfinished => {
-                (FIRST + 1..second, FIRST)
+            Err(StoreError::Empty) if FIRST.mark(&mut self.flash)? == Mark::Unfinished => {
+                (Some(FIRST), FIRST.0)
             }
-            Err(_) => (FIRST..FIRST, FIRST),
+            Err(_) => (None, FIRST.0),
         };
-        for free in free.map(Slot) {
+        for free in last.into_iter().flat_map(Self::behind) {
             if free.is_free(&mut self.flash)? {
                 return Ok(Job::Fill(free, 0));
             }
@@ -278,7 +294,8 @@ impl<F: Flash> Store<F> {
         for slot in (0..Self::SLOTS).rev().map(Slot) {
             match slot.mark(&mut self.flash)? {
                 Mark::None => {}
-                Mark::Unfinished => slot.settle(&mut self.flash, false)?,
+                // What cannot be settled now can still be read, and is settled at the next start.
+                Mark::Unfinished => drop(slot.settle(&mut self.flash, false)),
                 Mark::Committed(sequence) => {
                     if newest.is_ok_and(|newest: Newest| !is_newer(sequence, newest.sequence)) {
                         continue;
@@ -291,8 +308,13 @@ impl<F: Flash> Store<F> {
                 }
             }
         }
+        self.outdated = false;
         if let Ok(Newest { slot, .. }) = newest {
-            slot.settle(&mut self.flash, true)?;
+            let _ = slot.settle(&mut self.flash, true);
+            // What was committed behind it has decayed. In the other sector nobody knows what was there, and what the cut of an erase has left.
+            for later in Self::behind(slot) {
+                self.outdated |= matches!(later.mark(&mut self.flash)?, Mark::Committed(_));
+            }
         }
         if newest == Err(StoreError::Empty) {
             for slot in (0..Self::SLOTS).map(Slot) {

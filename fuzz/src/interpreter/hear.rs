@@ -1,0 +1,179 @@
+//! What the base says, line by line, and whether it had to say that.
+
+use vehicle_controller::params::Id;
+
+use super::reply::{code, either, unchecked};
+use super::{Due, Heard, Late, Session, shown, stops};
+use crate::grammar::{self, Codes, Doubts};
+use crate::protocol::{Damage, Line};
+use crate::replies;
+
+impl Session<'_> {
+    /// Hears what the base says.
+    pub(super) fn hear(&mut self) -> Heard {
+        self.received.clear();
+        let mut received = core::mem::take(&mut self.received);
+        received.extend(std::iter::from_fn(|| self.base.interpreter.transmit()));
+        let required = self.params.is_on(Id::RequireCrc);
+        let mut heard = Heard {
+            anything: !received.is_empty(),
+            ..Heard::default()
+        };
+        for line in replies::lines(&received) {
+            let text = str::from_utf8(line).unwrap_or_default();
+            if matches!(line, [b'!' | b'~', ..]) {
+                self.hear_unsolicited(text, required);
+            } else {
+                let reply = self.hear_reply(text, required);
+                heard.obeyed |= reply.obeyed;
+                heard.accepted |= reply.accepted;
+            }
+        }
+        self.received = received;
+        heard
+    }
+
+    fn hear_unsolicited(&mut self, line: &str, required: bool) {
+        // A command that was obeyed in this same poll may have changed what is required.
+        let now = self.base.interpreter.params().is_on(Id::RequireCrc);
+        let line = if required == now && !self.stale {
+            unchecked(line, required)
+        } else {
+            either(line)
+        };
+        let name = line.split(' ').nth(1).unwrap_or_default();
+        let next = Id::ALL.len() - self.rows;
+        match Id::ALL.get(next) {
+            Some(id) if id.spec().name == name => {
+                self.rows -= 1;
+                if !self.stale {
+                    replies::row(line, &self.params, *id);
+                }
+            }
+            _ if self.framing_only => {}
+            _ => replies::unsolicited(line),
+        }
+    }
+
+    /// Hears a reply.
+    fn hear_reply(&mut self, reply: &str, required: bool) -> Heard {
+        assert_eq!(self.rows, 0, "a reply within a list: {reply}");
+        let Some(due) = self.due.pop_front() else {
+            panic!("nobody asked for {reply}");
+        };
+        let Due { line, late, .. } = due;
+        let reply = if self.stale && !line.has_check {
+            either(reply)
+        } else {
+            unchecked(reply, line.has_check || required)
+        };
+        let reply = match line.tag {
+            None => reply,
+            Some(tag) => reply
+                .strip_prefix('@')
+                .and_then(|reply| reply.split_once(' '))
+                .filter(|(echoed, _)| *echoed == tag.to_string())
+                .map_or_else(|| panic!("@{tag} is answered {reply}"), |(_, reply)| reply),
+        };
+        let code = code(reply);
+        let (ask, mut doubts) = match line.body {
+            Ok(body) => grammar::read(body),
+            Err(damage) => {
+                let must = Codes::named(damage.code().as_bytes());
+                let may = Codes::NONE;
+                (None, Doubts { must, may })
+            }
+        };
+        if let Some(ask) = ask {
+            let stopped = due.stopped && ask.may_move();
+            if due.unsure || !stopped {
+                self.judge(ask, &mut doubts);
+            }
+            // What could not be read is refused as that.
+            if due.unsure {
+                doubts.may.add_if(stopped, Codes::FAULT);
+            } else if doubts.must.is_empty() {
+                doubts.must.add_if(stopped, Codes::FAULT);
+            }
+        }
+        let missing = !line.has_check && !stops(&line);
+        let damaged = matches!(line.body, Err(Damage::TooLong | Damage::BadByte));
+        if missing && !damaged && (required || self.stale) {
+            let certain = if self.stale {
+                &mut doubts.may
+            } else {
+                doubts.must = Codes::NONE;
+                &mut doubts.must
+            };
+            certain.add(Codes::CHECKSUM);
+        }
+        let mixes = |letters: [bool; 2]| letters == [true; 2];
+        let counts = matches!(line.body, Ok(_) | Err(Damage::Tag)) && !stops(&line);
+        let together = self.letters.map(|letters| both(letters, line.letters));
+        let refused = mixes(line.letters) || together.is_some_and(mixes);
+        if counts && self.stale {
+            // What was required then is not known.
+            doubts.may.add(Codes::CHECKSUM);
+        } else if counts && required && refused {
+            doubts.must = Codes::CHECKSUM;
+        } else if counts && required && together.is_none() {
+            doubts.may.add(Codes::CHECKSUM);
+        }
+        match late {
+            Late::No => {}
+            Late::Yes if stops(&line) => {}
+            Late::Yes => doubts.must = Codes::BUSY,
+            Late::Maybe => doubts.may.add(Codes::BUSY),
+        }
+        match code {
+            Some(code) => assert!(
+                doubts.must.has(code) || doubts.may.has(code),
+                "{} is answered {reply}; {doubts:?}",
+                shown(&line)
+            ),
+            None => assert!(
+                doubts.must.is_empty() || self.framing_only && line.body.is_ok(),
+                "{} is answered {reply}; {doubts:?}",
+                shown(&line)
+            ),
+        }
+        let obeyed = match (code, ask) {
+            (None, Some(ask)) => self.obeyed(ask, reply),
+            _ => false,
+        };
+        if code.is_none() {
+            self.note_letters(&line, late);
+        }
+        Heard {
+            anything: true,
+            accepted: code.is_none(),
+            obeyed,
+        }
+    }
+
+    /// A line was obeyed, with this check: from here the case of its letters counts.
+    fn note_letters(&mut self, line: &Line<'_>, late: Late) {
+        if late != Late::No {
+            // What stops the base decides nothing when it comes too late, and something when not.
+            self.letters = self.letters.filter(|_| late == Late::Yes);
+            return;
+        }
+        if self.stale {
+            self.letters = None;
+            return;
+        }
+        let [upper, lower] = line.letters;
+        self.letters = match self.letters {
+            _ if !self.params.is_on(Id::RequireCrc) => Some([false; 2]),
+            Some(letters) if both(letters, line.letters) != [true; 2] => {
+                Some(both(letters, line.letters))
+            }
+            None if upper != lower && !stops(line) => Some(line.letters),
+            unchanged => unchanged,
+        };
+    }
+}
+
+fn both(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
+    [a[0] || b[0], a[1] || b[1]]
+}
