@@ -1,6 +1,6 @@
 //! Each encoder fault at each wheel in each phase of a motion, both ways: it is found in time, and the base does not run away.
 //!
-//! The table of `docs/fault-matrix.md` comes from here: `UPDATE_FAULT_MATRIX=1 cargo nextest run -p hil-sim --test fault_matrix` writes it.
+//! The tables of `docs/fault-matrix.md` and `docs/safety.md` come from here: `UPDATE_FAULT_MATRIX=1 cargo nextest run -p hil-sim --test fault_matrix` writes them.
 //! `FAULT_CASE='left stuck forward MOVE' cargo nextest run -p hil-sim --test fault_matrix a_case --no-capture` shows a case; any words of its name do.
 
 mod matrix;
@@ -8,7 +8,7 @@ mod matrix;
 use hil_sim::base::Base;
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
-use matrix::{Case, Matrix, Phase, SEED, Verdict, report};
+use matrix::{Case, Matrix, Phase, SEED, report};
 use std::path::Path;
 
 const HEAD: &str = "# The fault matrix
@@ -32,28 +32,30 @@ fn power_up(robot: &Robot) -> Box<dyn Base> {
 
 #[test]
 fn every_encoder_fault_is_found_in_time_and_the_table_in_the_docs_says_so() {
-    let mut matrix = Matrix::new(power_up);
-    let try_case = |case: Case| (case, matrix.try_case(&case, false));
-    let results: Vec<(Case, Verdict)> = Case::all().into_iter().map(try_case).collect();
-    let text = format!("{HEAD}{}", report::table(&results));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/fault-matrix.md");
+    let results = Matrix::new(power_up).try_all(Case::all());
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    let read = |path: &Path| {
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        text.replace("\r\n", "\n")
+    };
+    let (page, safety) = (docs.join("fault-matrix.md"), docs.join("safety.md"));
+    let table = format!("{HEAD}{}", report::table(&results));
+    let before = read(&safety);
+    let start = before.find(report::SUMMARY).unwrap();
+    let end = before[start..].find("\n\n").unwrap() + start + 1;
+    let summary = report::summary(&results);
+    let after = format!("{}{summary}{}", &before[..start], &before[end..]);
     if std::env::var_os("UPDATE_FAULT_MATRIX").is_some() {
-        std::fs::write(&path, &text).unwrap();
+        std::fs::write(&page, &table).unwrap();
+        std::fs::write(&safety, &after).unwrap();
     }
-    println!("{}", report::table(&results));
-    let complaints = report::complaints(&results);
-    assert!(
-        complaints.is_empty(),
-        "{} of {} cases:\n{}",
-        complaints.len(),
-        results.len(),
-        complaints.join("\n")
-    );
-    let written = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(
-        written.replace("\r\n", "\n") == text,
-        "docs/fault-matrix.md is not what comes out: run this test with UPDATE_FAULT_MATRIX=1"
-    );
+    for (path, text) in [(page, table), (safety, after)] {
+        assert!(
+            read(&path) == text,
+            "{} is not what comes out: run this test with UPDATE_FAULT_MATRIX=1",
+            path.display()
+        );
+    }
 }
 
 /// The checker itself: what it measures on a sound base is what was commanded.

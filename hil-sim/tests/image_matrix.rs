@@ -7,7 +7,7 @@ use hil_sim::base::Base;
 use hil_sim::emulator::ImageBase;
 use hil_sim::robot::Robot;
 use image::image;
-use matrix::{Case, Matrix, SEED, Verdict, report};
+use matrix::{Case, Matrix, SEED};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -24,19 +24,7 @@ fn try_quarter(quarter: usize) {
     let mut cases = Case::all();
     cases.shuffle(&mut ChaCha8Rng::seed_from_u64(CHOICE));
     cases.truncate(cases.len().div_ceil(10));
-    let mut matrix = Matrix::new(power_up);
-    let try_case = |case: Case| (case, matrix.try_case(&case, false));
-    let cases = cases.into_iter().skip(quarter).step_by(4);
-    let results: Vec<(Case, Verdict)> = cases.map(try_case).collect();
-    println!("{}", report::table(&results));
-    let complaints = report::complaints(&results);
-    assert!(
-        complaints.is_empty(),
-        "{} of {} cases:\n{}",
-        complaints.len(),
-        results.len(),
-        complaints.join("\n")
-    );
+    Matrix::new(power_up).try_all(cases.into_iter().skip(quarter).step_by(4));
 }
 
 #[test]

@@ -40,6 +40,16 @@ pub const FAULTS: [EncoderFault; 7] = [
     EncoderFault::Drop(0.5),
     EncoderFault::Jump(500),
 ];
+/// The same for people.
+const MEANINGS: [&str; 7] = [
+    "unplugged",
+    "channel A lost",
+    "channel B lost",
+    "A and B exchanged",
+    "counts double",
+    "loses half",
+    "500 counts at once",
+];
 const SIDES: [Side; 3] = [Side::Left, Side::Right, Side::Both];
 
 /// When the fault comes.
@@ -227,6 +237,22 @@ impl<F: FnMut(&Robot) -> Box<dyn Base>> Matrix<F> {
             threshold: PART_OF_FREE_SPEED * free_speed,
             half_base: 0.5 * get(Id::WheelBase),
         }
+    }
+
+    /// Tries cases, shows their table, and fails if one of them breaks a requirement.
+    pub fn try_all(&mut self, cases: impl IntoIterator<Item = Case>) -> Vec<(Case, Verdict)> {
+        let try_case = |case: Case| (case, self.try_case(&case, false));
+        let results: Vec<_> = cases.into_iter().map(try_case).collect();
+        println!("{}", report::table(&results));
+        let complaints = report::complaints(&results);
+        assert!(
+            complaints.is_empty(),
+            "{} of {} cases:\n{}",
+            complaints.len(),
+            results.len(),
+            complaints.join("\n")
+        );
+        results
     }
 
     /// Plays a case's plan, with its fault or without. The sound twin is always on this computer: on the board it is the same within a tick.

@@ -1,10 +1,58 @@
 //! What the matrix says: a table, a list of complaints, the trace of a case.
 
-use super::{Case, FAULTS, Phase, Verdict};
+use super::{Case, FAULTS, MEANINGS, Phase, Verdict};
 use hil_sim::plant::Plant;
 use hil_sim::trace::Row;
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::fmt::Write;
+
+/// The largest value of some verdicts.
+fn worst<'a>(
+    verdicts: impl IntoIterator<Item = &'a Verdict>,
+    value: impl Fn(&Verdict) -> f64,
+) -> f64 {
+    let values = verdicts.into_iter().map(value);
+    values.fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// What a fault was called, more often first.
+fn names<'a>(verdicts: impl IntoIterator<Item = &'a Verdict>) -> Vec<String> {
+    let mut counts = BTreeMap::new();
+    for verdict in verdicts {
+        *counts
+            .entry(verdict.name.as_deref().unwrap_or("none"))
+            .or_insert(0) += 1;
+    }
+    let mut names: Vec<_> = counts.into_iter().collect();
+    names.sort_by_key(|(_, count)| Reverse(*count));
+    names.iter().map(|(name, _)| format!("`{name}`")).collect()
+}
+
+/// The first line of [`summary`].
+pub const SUMMARY: &str =
+    "| fault | told as | found after | travel | wrong way | turned, unless that was asked |\n";
+
+/// One row per fault: the worst over phases, wheels and directions.
+pub fn summary(results: &[(Case, Verdict)]) -> String {
+    let mut text = format!("{SUMMARY}|---|---|--:|--:|--:|--:|\n");
+    for (fault, meaning) in FAULTS.into_iter().zip(MEANINGS) {
+        let of_row = |(case, _): &&(Case, Verdict)| case.fault == fault;
+        let cases: Vec<_> = results.iter().filter(of_row).collect();
+        let verdicts = || cases.iter().map(|(_, verdict)| verdict);
+        let straight = cases.iter().filter(|(case, _)| case.phase != Phase::Turn);
+        let _ = writeln!(
+            text,
+            "| {meaning} (`{fault}`) | {} | {:.0} ms | {:.3} m | {:.3} m | {:.1}° |",
+            names(verdicts()).first().map_or("", String::as_str),
+            worst(verdicts(), |v| v.detection.unwrap_or(f64::INFINITY)),
+            worst(verdicts(), |v| v.travel),
+            worst(verdicts(), |v| v.wrong_way),
+            worst(straight.map(|(_, verdict)| verdict), |v| v.turned),
+        );
+    }
+    text
+}
 
 /// One row per fault and phase: the worst over wheels and directions.
 pub fn table(results: &[(Case, Verdict)]) -> String {
@@ -19,26 +67,18 @@ pub fn table(results: &[(Case, Verdict)]) -> String {
             if verdicts.is_empty() {
                 continue;
             }
-            let worst = |value: fn(&Verdict) -> f64| {
-                let values = verdicts.iter().map(|verdict| value(verdict));
-                values.fold(f64::NEG_INFINITY, f64::max)
-            };
+            let worst = |value: fn(&Verdict) -> f64| worst(verdicts.iter().copied(), value);
             let missed = verdicts.iter().any(|verdict| verdict.detection.is_none());
             let detection = if missed {
                 "never".to_owned()
             } else {
                 format!("{:.0}", worst(|v| v.detection.unwrap_or(f64::NAN)))
             };
-            let names: BTreeSet<&str> = verdicts
-                .iter()
-                .map(|verdict| verdict.name.as_deref().unwrap_or("none"))
-                .collect();
-            let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
             let _ = writeln!(
                 text,
                 "| {fault} | {} | {detection} | {} | {:.0} | {:.3} | {:.3} | {:.1} |",
                 phase.name(),
-                names.join(", "),
+                names(verdicts.iter().copied()).join(", "),
                 worst(|v| v.off),
                 worst(|v| v.travel),
                 worst(|v| v.wrong_way),
