@@ -3,6 +3,7 @@
 mod common;
 
 use common::Rig;
+use vehicle_controller::controller::{Action, AxisCommand};
 use vehicle_controller::params::Params;
 use vehicle_controller::supervisor::Fault;
 
@@ -110,6 +111,28 @@ fn a_stop_does_not_wait_for_a_list() {
     rig.receive(b"ListParams\nStop\n");
     rig.run(0.6);
     assert_eq!(speed(&rig), 0.0, "0.5 m/s at 1 m/s² take 0.5 s");
+}
+
+#[test]
+fn a_stop_counts_for_what_moves_before_it_however_many_stops_came_earlier() {
+    // Nobody reads; the second Stop waits behind a list.
+    let mut rig = Rig::new();
+    rig.listening = false;
+    rig.receive(b"Stop\nm 50 0.5 1\nListParams\nStop\n");
+    rig.run(3.0);
+    assert_eq!(speed(&rig), 0.0);
+    // Too many lines wait for it to be remembered at all.
+    let mut rig = Rig::new();
+    let tagged: String = (1..=40).map(|tag| format!("@{tag} GetTime\n")).collect();
+    let lines = format!("Stop\nm 50 0.5 1\nGetTime\nGetTime\n{tagged}Stop\n");
+    rig.receive(lines.as_bytes());
+    rig.run(3.0);
+    assert_eq!(speed(&rig), 0.0);
+    // And it is over: a move after it goes on.
+    rig.replies();
+    rig.ok("m 50 0.5 1");
+    rig.run(1.0);
+    assert!(speed(&rig) > 0.4);
 }
 
 #[test]
@@ -224,4 +247,22 @@ fn estop_needs_no_clock() {
     rig.pump();
     rig.tick_at_the_same_time();
     assert_eq!(rig.snapshot().fault, Some(Fault::Estop));
+}
+
+#[test]
+fn what_waits_for_its_cycle_does_not_undo_an_estop() {
+    let mut rig = Rig::after(Params::default(), Some(Fault::Watchdog));
+    let motion = AxisCommand {
+        distance: 1.0,
+        speed: 0.3,
+        acceleration: 0.5,
+    };
+    for action in [Action::ClearFault, Action::Move(motion), Action::EStop] {
+        rig.act(&action);
+    }
+    rig.tick_at_the_same_time();
+    assert_eq!(rig.snapshot().fault, Some(Fault::Estop));
+    rig.run(1.0);
+    assert_eq!(rig.snapshot().fault, Some(Fault::Estop));
+    assert_eq!(speed(&rig), 0.0);
 }

@@ -144,6 +144,23 @@ fn a_wheel_that_now_stands_and_now_turns_too_slowly_is_found_as_one_that_does_ei
 }
 
 #[test]
+fn a_wheel_that_is_held_for_a_moment_may_catch_up() {
+    for held in [0.02, 0.04, 0.06, 0.07] {
+        let mut bench = Bench::at([0.5; 2]);
+        assert_eq!(bench.measure([0.0, 0.5]).run(held), None);
+        assert_eq!(bench.measure([0.2, 0.5]).run(0.06), None, "{held}");
+        assert_eq!(bench.measure([0.5; 2]).run(1.0), None, "{held}");
+        // What is over is forgotten: the verdicts are what they were.
+        for (measured, fault) in [(0.0, Fault::NoMotion), (0.2, Fault::Mismatch)] {
+            let mut bench = bench.clone();
+            bench
+                .measure([measured, 0.5])
+                .finds(0.08, fault, Place::Left);
+        }
+    }
+}
+
+#[test]
 fn a_wheel_that_is_well_on_the_way_shares_the_others_fault() {
     let found = |ahead: f32, left: f32, right: f32| {
         let mut bench = Bench::at([0.5; 2]);

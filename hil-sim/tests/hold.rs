@@ -121,6 +121,28 @@ fn a_wheel_that_was_blocked_does_not_lunge() {
 }
 
 #[test]
+fn a_wheel_that_is_held_for_a_moment_is_no_fault() {
+    for held in [0.02, 0.04, 0.06] {
+        for v in [0.3, 0.5, 0.65] {
+            for wheels in [&[0][..], &[1], &[0, 1]] {
+                let mut bench = Bench::new("default", 1);
+                bench.send(&format!("m inf {v} 1"));
+                bench.run(2.0);
+                for blocked in [true, false] {
+                    for wheel in wheels {
+                        bench.rig.plant_mut().set_blocked(*wheel, blocked);
+                    }
+                    bench.run(held);
+                }
+                bench.run(0.5);
+                let fault = bench.rig.snapshot().fault;
+                assert_eq!(fault, None, "{wheels:?} held for {held} s at {v} m/s");
+            }
+        }
+    }
+}
+
+#[test]
 fn heading_is_held_while_a_move_starts() {
     // The right motor is weaker, so that the start turns the base.
     let mut bench = Bench::new("default", 5);

@@ -227,8 +227,8 @@ impl<C> Interface<C> {
     /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits; one that would move the base or clear
     /// the fault is dropped.
     pub fn emergency_stop(&mut self) {
-        if let Some(action @ (Action::Move(_) | Action::Turn(_) | Action::ClearFault)) =
-            &mut self.request
+        if let Some(action) = &mut self.request
+            && action.may_move()
         {
             *action = Action::Live;
         }

@@ -58,6 +58,16 @@ pub enum Action<C> {
     Configure(Config<C>),
 }
 
+impl<C> Action<C> {
+    /// True if it may move the base, or let it.
+    pub(super) const fn may_move(&self) -> bool {
+        matches!(
+            self,
+            Self::Move(_) | Self::Turn(_) | Self::ClearFault | Self::Enable
+        )
+    }
+}
+
 /// An action on its way to the controller: from an [`Interface`](super::Interface), which wants to know when it is done, or from anybody (`Action::into`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request<C> {

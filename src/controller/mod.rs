@@ -190,8 +190,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.carry_out(action);
             self.ticket = ticket.unwrap_or(self.ticket);
         }
-        // An emergency stop waits for no cycle, and has the last word.
+        // An emergency stop waits for no cycle, and has the last word: what was asked before it and still waits for one moves nothing.
         if core::mem::take(&mut self.emergency) {
+            for request in &mut self.requests {
+                if request.action.may_move() {
+                    request.action = Action::Live;
+                }
+            }
             self.trip(Fault::Estop, Place::Base);
             self.emergency_done = self.emergency_ticket;
         }

@@ -95,8 +95,10 @@ pub struct Interpreter {
     letters: Letters,
     /// An EStop has come, and is obeyed before anything else.
     emergency: bool,
-    /// A Stop has come. It is obeyed in its turn, and at once if what is before it has to wait for the flash.
+    /// A Stop has come, and nothing has been done for it since anything moved. It is obeyed in its turn, and at once if that may take long.
     halt: bool,
+    /// One of the lines that came so late that they were forgotten was a Stop.
+    forgotten: bool,
     storage: Storage,
     events: Deque<Event, 16>,
     output: Deque<u8, OUTPUT>,
@@ -129,6 +131,7 @@ impl Interpreter {
             letters: Letters::default(),
             emergency: false,
             halt: false,
+            forgotten: false,
             storage,
             events: Deque::new(),
             output: Deque::new(),
@@ -198,7 +201,10 @@ impl Interpreter {
                 *count = count.saturating_add(1);
             }
             (_, None) => drop(self.late.push_back(Late::Busy(address, 1))),
-            (_, Some(keyword)) => drop(self.late.push_back(Late::Stops(address, keyword))),
+            (_, Some(keyword)) => {
+                let kept = self.late.push_back(Late::Stops(address, keyword));
+                self.forgotten |= kept.is_err() && keyword == Keyword::Stop;
+            }
         }
     }
 
@@ -238,12 +244,13 @@ impl Interpreter {
             self.tell_event(event);
         }
         while self.has_room() && self.answer_next(desk) {}
-        // What a Stop has to wait for may take long, or never end if nobody reads. And of so many lines that come late it may be one that is forgotten.
+        // What a Stop has to wait for may take long, or never end if nobody reads.
         let waits = self.storage.errand.is_some() || self.listing.is_some() || !self.has_room();
-        let forgotten = self.waiting.is_empty() && self.late.is_empty();
-        if self.halt && (waits || forgotten) {
+        let is_done = self.waiting.is_empty() && self.late.is_empty();
+        if self.halt && (waits || is_done) {
             self.halt = desk.stop().is_err();
         }
+        self.forgotten &= self.halt || !is_done;
         if self.stream.is_due(desk.snapshot().time) {
             self.tell(desk.snapshot());
         }
@@ -352,6 +359,9 @@ impl Interpreter {
         if done.is_ok() {
             self.note_letters(letters);
             desk.sign_of_life();
+            // A Stop that was obeyed before its turn was obeyed before this.
+            let moves = command.as_ref().is_ok_and(Command::may_move);
+            self.halt |= moves && self.stop_waits();
         }
         if let Some(errand) = &mut self.storage.errand {
             (errand.address, errand.check) = (address, check);
@@ -362,6 +372,14 @@ impl Interpreter {
             error.write(&mut text);
         }
         self.send_with(&mut text, check);
+    }
+
+    /// True if a Stop has come whose turn has not.
+    fn stop_waits(&self) -> bool {
+        let is_stop =
+            |waiting: &Waiting| matches!(waiting.command, Ok(Command::Plain(Keyword::Stop)));
+        let is_late = |late: &Late| matches!(late, Late::Stops(_, Keyword::Stop));
+        self.forgotten || self.waiting.iter().any(is_stop) || self.late.iter().any(is_late)
     }
 
     #[inline(never)]

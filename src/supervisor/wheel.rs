@@ -87,6 +87,8 @@ pub(super) struct WheelMonitor {
     contradiction: Contradiction,
     /// How much the wheel contradicts its model in this way, s: Page's CUSUM of the excess over the threshold.
     suspicion: f32,
+    /// It has stood a moment ago.
+    catches_up: bool,
     /// For how long the motor's current has said that it turns, s; time for which it said otherwise is taken off.
     turning: f32,
     /// The low bits of the count, its last direction, and how often in a row that was the opposite of the one before.
@@ -99,6 +101,8 @@ pub(super) struct WheelMonitor {
 
 /// The suspicion that is a verdict, s. A wheel that stands makes it in twice that …
 const VERDICT: f32 = 0.04;
+/// … one that turns again, but too slowly, has this: it may have been held for a moment, and has to catch up …
+const LATE_VERDICT: f32 = 0.07;
 /// … and one that the motor's current confirms to stand, in half a second: a bump is no stall.
 const STALL_VERDICT: f32 = 0.25;
 /// The excess counts for at most so much, in thresholds: how wrong a wheel is makes it no faster …
@@ -178,6 +182,7 @@ impl WheelMonitor {
                 self.suspicion = 0.0;
                 self.turning = 0.0;
             }
+            self.catches_up = contradiction == Contradiction::Differs && self.suspicion > 0.0;
             self.contradiction = contradiction;
         }
         let fastest = match contradiction {
@@ -185,6 +190,7 @@ impl WheelMonitor {
             _ => FASTEST,
         };
         self.suspicion = larger(self.suspicion + smaller(excess, fastest) * dt, 0.0);
+        self.catches_up &= self.suspicion > 0.0;
         let turns = self.turns_by_current(model, reading) == Some(true);
         self.turning = larger(self.turning + if turns { dt } else { -dt }, 0.0);
         let step = reading.count.wrapping_sub(self.count).signum();
@@ -202,7 +208,12 @@ impl WheelMonitor {
 
     /// True if the suspicion is enough for a verdict.
     pub(super) fn is_convicted(&self) -> bool {
-        self.suspicion > VERDICT
+        let verdict = if self.catches_up {
+            LATE_VERDICT
+        } else {
+            VERDICT
+        };
+        self.suspicion > verdict
     }
 
     /// The suspicion, s.

@@ -159,6 +159,7 @@ impl<F: Flash> Store<F> {
             // It has decayed since it was found. There may still be an older one.
             self.newest = self.find();
             newest = self.newest?.slot;
+            self.outdated = true;
         }
         newest.entries(&mut self.flash, |key, value| restored.take(key, value))?;
         restored.resolve(defaults);
@@ -257,6 +258,10 @@ impl<F: Flash> Store<F> {
         })
     }
 
+    fn sector(slot: Slot) -> u32 {
+        slot.0 / Self::SLOTS_PER_SECTOR
+    }
+
     /// The slots of a sector behind this one.
     fn behind(slot: Slot) -> impl Iterator<Item = Slot> {
         let ends = (slot.0 + 1).next_multiple_of(Self::SLOTS_PER_SECTOR);
@@ -297,7 +302,12 @@ impl<F: Flash> Store<F> {
                 // What cannot be settled now can still be read, and is settled at the next start.
                 Mark::Unfinished => drop(slot.settle(&mut self.flash, false)),
                 Mark::Committed(sequence) => {
-                    if newest.is_ok_and(|newest: Newest| !is_newer(sequence, newest.sequence)) {
+                    // In a sector the later slot is the newer one, whatever has become of the numbers between.
+                    let is_older = |newest: Newest| {
+                        let together = Self::sector(slot) == Self::sector(newest.slot);
+                        together || !is_newer(sequence, newest.sequence)
+                    };
+                    if newest.is_ok_and(is_older) {
                         continue;
                     }
                     if slot.is_whole(&mut self.flash)? {
@@ -313,7 +323,9 @@ impl<F: Flash> Store<F> {
             let _ = slot.settle(&mut self.flash, true);
             // What was committed behind it has decayed. In the other sector nobody knows what was there, and what the cut of an erase has left.
             for later in Self::behind(slot) {
-                self.outdated |= matches!(later.mark(&mut self.flash)?, Mark::Committed(_));
+                let flash = &mut self.flash;
+                self.outdated |= matches!(later.mark(flash)?, Mark::Committed(_))
+                    || (later.is_foreign(flash)? && !later.is_dropped(flash)?);
             }
         }
         if newest == Err(StoreError::Empty) {

@@ -126,6 +126,11 @@ impl Slot {
         Ok(foreign)
     }
 
+    /// True if it was said of it that it came to nothing.
+    pub(super) fn is_dropped<F: Flash>(self, flash: &mut F) -> Result<bool, StoreError> {
+        Ok(self.read(flash, DROP_AT)? == 0)
+    }
+
     /// True if a set can be written into it.
     pub(super) fn is_free<F: Flash>(self, flash: &mut F) -> Result<bool, StoreError> {
         Ok(self.read(flash, CLAIM_AT)? == BLANK)
