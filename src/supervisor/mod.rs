@@ -241,6 +241,11 @@ impl Supervisor {
         Some((fault, place))
     }
 
+    /// True if something has been out of bounds, and may be found soon.
+    fn remembers(&self) -> bool {
+        self.exceeded.iter().any(|time| *time > 0.0)
+    }
+
     /// What is out of bounds, and for how long.
     fn bounds(
         &mut self,
@@ -258,15 +263,14 @@ impl Supervisor {
             following.contains(&Following::HeldUp),
             cycle.supply < lowest,
         ];
-        self.alert = false;
         let mut found = None;
         for ((time, exceeds), (limit, fault)) in self.exceeded.iter_mut().zip(exceeds).zip(BOUNDS) {
             *time = larger(*time + if exceeds { cycle.dt } else { -cycle.dt }, 0.0);
-            self.alert |= *time > 0.0;
             if exceeds && found.is_none() && *time > limit {
                 found = Some(fault);
             }
         }
+        self.alert = self.remembers();
         if let Some(fault) = found {
             let place = match fault {
                 Fault::Overcurrent => place(overcurrent[0], overcurrent[1]),

@@ -60,7 +60,7 @@ pub(crate) fn excess(expected: f32, measured: f32) -> f32 {
     (measured - expected).abs() / threshold - 1.0
 }
 
-#[derive(Clone, Debug, Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct Bench {
     pub(crate) supervisor: Supervisor,
     pub(crate) config: Config,
