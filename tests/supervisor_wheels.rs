@@ -161,6 +161,15 @@ fn a_wheel_that_is_held_for_a_moment_may_catch_up() {
 }
 
 #[test]
+fn a_wheel_that_ran_the_other_way_has_nothing_to_catch_up() {
+    let mut bench = Bench::at([0.5; 2]);
+    assert_eq!(bench.measure([-0.5, 0.5]).run(0.015), None);
+    bench
+        .measure([0.2, 0.5])
+        .finds(0.08, Fault::Mismatch, Place::Left);
+}
+
+#[test]
 fn a_wheel_that_is_well_on_the_way_shares_the_others_fault() {
     let found = |ahead: f32, left: f32, right: f32| {
         let mut bench = Bench::at([0.5; 2]);
