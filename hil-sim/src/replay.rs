@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
-use vehicle_controller::controller::{Estimate, Estimator, Pose};
+use vehicle_controller::controller::{Belief, Estimate, Estimator, Pose};
 use vehicle_controller::math::{upper_triangle, wrap};
 use vehicle_controller::params::Params;
 use vehicle_controller::vehicle::VirtualVehicle;
@@ -159,11 +159,12 @@ pub fn replay(log: &Log, robot: &Robot, params: &Params) -> Result<Replay> {
         ..robot.clone()
     };
     let mut vehicle = vehicle(&wires, &robot, params)?;
-    let mut estimator = Estimator::new(params.build(crate::rig::PERIOD).noise);
+    let config = params.build(crate::rig::PERIOD);
+    let mut estimator = Estimator::new(config.noise);
     let [x, y, theta] = log.rows[0].truth.unwrap_or_default();
     let start = Estimate::certain(Pose { x, y, theta });
-    let correction = estimator.correction(start);
-    estimator.apply(&correction);
+    let correction = estimator.correction(&Belief::from(start), config.calibration);
+    estimator.apply(&correction, vehicle.influence());
 
     let mut estimates = vec![estimator.present()];
     for rows in log.rows.windows(2) {

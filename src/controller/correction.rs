@@ -1,17 +1,31 @@
-//! Corrections from outside: the Kalman command, and observations that arrive late [C §3], theory section 4.
+//! Corrections from outside: the Kalman command, and observations that arrive late [C §3], theory sections 4 and 6.
 //!
 //! Everything here runs outside the control interrupt, against a snapshot. Differences of nearly equal covariances are formed: interpolated or rounded,
 //! they may be slightly indefinite, and their positive part is what counts.
 //!
+//! An observation is taken number by number, after its covariance has been made diagonal: each is a division, none a matrix to invert. With C the pose's own
+//! covariance, Γ the leverage of the gains and P their covariance ([`super::belief`]), a number with row h, variance r and innovation ν is worth
+//!
+//! ```text
+//!     s_e = r + hᵀ C h     γ = Γᵀ h     s = s_e + γᵀ P γ     d² = ν²/s
+//!     learned:      k_g = P γ/s    δg = k_g ν    P := P − s k_g k_gᵀ    k = C h/s_e
+//!     considered:   δg = 0                                               k = (C + Γ P Γᵀ) h/s
+//!     P̂ := P̂ + Γ δg + k (ν − γ·δg)     C := (I − k hᵀ) C (I − k hᵀ)ᵀ + r k kᵀ     Γ := Γ − k γᵀ
+//! ```
+//!
+//! which is the Kalman filter of pose and gains together (B. Friedland 1969), and where the gains are only considered, that of S. F. Schmidt (1966).
+//!
 //! An older observation after a newer one is taken as if the newer had not told of the older's instant: what the two share is counted as the theory's
 //! section 4 does, which may be off by a tenth of the covariance. Keeping the cross-covariances would cost 4 KiB.
 
-use super::estimator::{Estimate, Pose, transport};
+use super::belief::Belief;
+use super::estimator::{Pose, transport};
 use crate::math::{
     NotPositive, is_finite, nearest_positive, positive_part, symmetric, transported, wrap,
     written_covariance,
 };
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use crate::vehicle::{Calibration, GAINS, Spread};
+use nalgebra::{Matrix3, Vector3};
 
 /// Why a correction was refused. Nothing has changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +37,8 @@ pub enum CorrectionError {
     Gate(f32),
     /// A result is not a finite number.
     NotFinite,
+    /// A gain would not be between 0.8 and 1.25.
+    Gains,
 }
 
 impl core::fmt::Display for CorrectionError {
@@ -31,6 +47,7 @@ impl core::fmt::Display for CorrectionError {
             Self::NotPositive => "the covariance would not be symmetric positive semi-definite",
             Self::Gate(_) => "the observation is beyond the gate",
             Self::NotFinite => "the result would not be finite",
+            Self::Gains => "a gain would be beyond 0.8 to 1.25",
         })
     }
 }
@@ -42,160 +59,347 @@ impl From<NotPositive> for CorrectionError {
     }
 }
 
-/// A change of the estimate at one instant, in a form that can be carried to any other.
+/// A change of what is known at one instant, in a form that can be carried to any other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Update {
-    /// The estimate that was corrected: pose and covariance before …
+    /// The pose that was corrected …
     pose: Pose,
+    /// … and its own covariance before …
     before: Matrix3<f64>,
-    /// … the correction of the pose (m, m, rad), and the covariance after.
-    shift: Vector3<f64>,
+    /// … and after.
     after: Matrix3<f64>,
+    /// What of the correction of the pose does not come through the gains (m, m, rad).
+    shift: Vector3<f64>,
+    /// What it has taken from the leverage.
+    absorbed: Matrix3<f64>,
+    /// The correction of the gains, and how well they are known after it.
+    gains: Vector3<f64>,
+    spread: Matrix3<f64>,
     /// C⁻¹, where C is regular: what a correction says of earlier poses goes through it.
     inverse: Option<Matrix3<f64>>,
 }
 
-/// P := P + K ΔP, C := C − K C (CorrectPos). `shift` is ΔP in m, m, rad; `gain` is K.
+/// P := P + K ΔP, C := C − K C (CorrectPos), with C the whole covariance. The gains are considered. `shift` is ΔP in m, m, rad; `gain` is K.
 ///
 /// # Errors
 /// [`CorrectionError::NotPositive`] if the result is not symmetric (1e-3) or not positive semi-definite (−1e-5), both in correlation scale.
 pub fn with_gain(
-    estimate: &Estimate,
+    belief: &Belief,
+    spread: &Spread,
     shift: Vector3<f64>,
     gain: &Matrix3<f64>,
 ) -> Result<Update, CorrectionError> {
-    let c = estimate.covariance;
+    let c = belief.own + belief.shared(spread);
     let after = symmetric(&(c - gain * c), &c).map_err(|_| CorrectionError::NotPositive)?;
-    Update::new(estimate, gain * shift, nearest_positive(&after, &c)?)
+    let after = nearest_positive(&after, &c)?;
+    let absorbed = gain * belief.leverage;
+    let left = Belief {
+        leverage: belief.leverage - absorbed,
+        ..*belief
+    };
+    Update {
+        pose: belief.pose,
+        before: belief.own,
+        after: positive_part(&(after - left.shared(spread))),
+        shift: gain * shift,
+        absorbed,
+        gains: Vector3::zeros(),
+        spread: spread.covariance(),
+        inverse: None,
+    }
+    .checked()
 }
 
-/// An observation with innovation ν, covariance R and Jacobian H of M rows: the gain is computed here, the update is Joseph's.
-///
-/// ```text
-///     S = R + H C Hᵀ     d² = νᵀ S⁻¹ ν     K = C Hᵀ S⁻¹
-///     P := P + K ν       C := (I − K H) C (I − K H)ᵀ + K R Kᵀ
-/// ```
-///
-/// Returns the update and d².
+/// What is observed, and how it is taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Terms {
+    /// The largest squared Mahalanobis distance that is taken; 0: any.
+    pub gate: f64,
+    /// The gains are learned, not only considered.
+    pub learns: bool,
+}
+
+/// An observation of the whole pose with innovation ν and covariance R. Returns the update and d².
 ///
 /// # Errors
-/// [`CorrectionError::NotPositive`] if R is not symmetric positive semi-definite or S is singular;
-/// [`CorrectionError::Gate`] if d² exceeds `gate` (0 turns the gate off).
-pub fn observe<const M: usize>(
-    estimate: &Estimate,
-    innovation: SVector<f64, M>,
-    r: &SMatrix<f64, M, M>,
-    h: &SMatrix<f64, M, 3>,
-    gate: f64,
+/// [`CorrectionError::NotPositive`] if R is not symmetric positive semi-definite, or the innovation's covariance is singular;
+/// [`CorrectionError::Gate`] if d² exceeds the gate.
+pub fn observe_pose(
+    belief: &Belief,
+    spread: &Spread,
+    innovation: Vector3<f64>,
+    r: &Matrix3<f64>,
+    terms: Terms,
 ) -> Result<(Update, f32), CorrectionError> {
     let r = written_covariance(r)?;
-    let c = estimate.covariance;
-    let s = r + h * c * h.transpose();
-    // A singular S means that both the estimate and the observation claim to be exact.
-    let inverse = invert(&s).ok_or(CorrectionError::NotPositive)?;
-    let distance = innovation.dot(&(inverse * innovation));
-    if !distance.is_finite() {
-        return Err(CorrectionError::NotFinite);
+    let all = belief.own + belief.shared(spread) + r;
+    let mut filter = Filter::new(belief, spread, terms.learns);
+    // R = L D Lᵀ: L⁻¹ z has the covariance D.
+    let (l, d) = ldl(&r);
+    let (mut rows, mut z) = (Matrix3::<f64>::identity(), innovation);
+    for i in 1..3 {
+        for j in 0..i {
+            let row = rows.row(j) * l[(i, j)];
+            rows.row_mut(i).zip_apply(&row, |e, o| *e -= o);
+            z[i] -= l[(i, j)] * z[j];
+        }
     }
-    if gate > 0.0 && distance > gate {
-        return Err(CorrectionError::Gate(distance as f32));
+    for i in 0..3 {
+        let h = rows.row(i).transpose();
+        filter.take(&h, d[i], z[i], all[(i, i)])?;
     }
-    let k = c * h.transpose() * inverse;
-    let rest = Matrix3::identity() - k * h;
-    let joseph = rest * c * rest.transpose() + k * r * k.transpose();
-    let after = nearest_positive(&((joseph + joseph.transpose()) * 0.5), &c)?;
-    Ok((
-        Update::new(estimate, k * innovation, after)?,
-        distance as f32,
-    ))
+    filter.finish(belief, terms)
 }
 
-/// Inverse of a symmetric positive definite matrix, if it is one in correlation scale.
-fn invert<const N: usize>(m: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+/// An observation of one number with innovation ν, variance r and row h. Returns the update and d².
+///
+/// # Errors
+/// As for [`observe_pose`].
+pub fn observe_scalar(
+    belief: &Belief,
+    spread: &Spread,
+    innovation: f64,
+    variance: f64,
+    row: &Vector3<f64>,
+    terms: Terms,
+) -> Result<(Update, f32), CorrectionError> {
+    if variance.is_nan() || variance < 0.0 {
+        return Err(CorrectionError::NotPositive);
+    }
+    let mut filter = Filter::new(belief, spread, terms.learns);
+    filter.take(row, variance, innovation, 0.0)?;
+    filter.finish(belief, terms)
+}
+
+/// How well a tape measures, m.
+const TAPE: f64 = 5e-3;
+/// Gains that are said to be known, and are measured all the same, may be off by so much.
+const UNKNOWN: f64 = 0.02;
+
+/// A straight run that was `longer` (m) than odometry says. `effects` is by how much each gain makes it longer.
+///
+/// # Errors
+/// [`CorrectionError::NotFinite`].
+pub fn measured_run(
+    belief: &Belief,
+    calibration: &Calibration,
+    effects: &[f32; GAINS],
+    longer: f64,
+) -> Result<Update, CorrectionError> {
+    let h = Vector3::from(effects.map(f64::from));
+    let mut spread = calibration.spread.covariance();
+    if h.dot(&(spread * h)) < TAPE * TAPE {
+        // Both wheels alike.
+        let common = h.map(|e| if e > 0.0 { UNKNOWN } else { 0.0 });
+        spread += common * common.transpose();
+    }
+    let ph = spread * h;
+    let s = TAPE * TAPE + h.dot(&ph);
+    Update {
+        pose: belief.pose,
+        before: belief.own,
+        after: belief.own,
+        shift: Vector3::zeros(),
+        absorbed: Matrix3::zeros(),
+        gains: ph * (longer / s),
+        spread: spread - ph * ph.transpose() / s,
+        inverse: None,
+    }
+    .checked()
+}
+
+/// What is known while an observation is taken, number by number.
+struct Filter {
+    own: Matrix3<f64>,
+    leverage: Matrix3<f64>,
+    spread: Matrix3<f64>,
+    shift: Vector3<f64>,
+    gains: Vector3<f64>,
+    distance: f64,
+    learns: bool,
+}
+
+/// Of an innovation's variance, so much may be rounding.
+const NOTHING: f64 = 1e-10;
+
+impl Filter {
+    fn new(belief: &Belief, spread: &Spread, learns: bool) -> Self {
+        Self {
+            own: belief.own,
+            leverage: belief.leverage,
+            spread: spread.covariance(),
+            shift: Vector3::zeros(),
+            gains: Vector3::zeros(),
+            distance: 0.0,
+            learns,
+        }
+    }
+
+    /// `scale` is the variance that the innovation would have had in the beginning.
+    #[inline(never)]
+    fn take(
+        &mut self,
+        h: &Vector3<f64>,
+        variance: f64,
+        innovation: f64,
+        scale: f64,
+    ) -> Result<(), CorrectionError> {
+        let ch = self.own * h;
+        let lever = self.leverage.tr_mul(h);
+        let pl = self.spread * lever;
+        let own = variance + h.dot(&ch);
+        let s = own + lever.dot(&pl);
+        // A variance of nothing means that both the estimate and the observation claim to be exact. Written so that a NaN is refused, too.
+        if !(s > NOTHING * scale) {
+            return Err(CorrectionError::NotPositive);
+        }
+        let left = innovation - h.dot(&self.shift);
+        self.distance += left * left / s;
+        let (k, left) = if self.learns {
+            let gain = pl / s;
+            let change = gain * left;
+            self.spread -= gain * pl.transpose();
+            self.gains += change;
+            self.shift += self.leverage * change;
+            let k = if own > NOTHING * scale {
+                ch / own
+            } else {
+                Vector3::zeros()
+            };
+            (k, left - lever.dot(&change))
+        } else {
+            ((ch + self.leverage * pl) / s, left)
+        };
+        self.shift += k * left;
+        self.leverage -= k * lever.transpose();
+        let taken = k * ch.transpose();
+        self.own += k * k.transpose() * own - taken - taken.transpose();
+        Ok(())
+    }
+
+    fn finish(self, belief: &Belief, terms: Terms) -> Result<(Update, f32), CorrectionError> {
+        if !self.distance.is_finite() {
+            return Err(CorrectionError::NotFinite);
+        }
+        if terms.gate > 0.0 && self.distance > terms.gate {
+            return Err(CorrectionError::Gate(self.distance as f32));
+        }
+        let update = Update {
+            pose: belief.pose,
+            before: belief.own,
+            after: nearest_positive(&self.own, &belief.own)?,
+            shift: self.shift - belief.leverage * self.gains,
+            absorbed: belief.leverage - self.leverage,
+            gains: self.gains,
+            spread: self.spread,
+            inverse: None,
+        };
+        Ok((update.checked()?, self.distance as f32))
+    }
+}
+
+/// L and the diagonal of D of a positive semi-definite matrix L D Lᵀ, L lower triangular with a diagonal of ones.
+fn ldl(m: &Matrix3<f64>) -> (Matrix3<f64>, Vector3<f64>) {
+    let over = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
+    let positive = |a: f64| if a > 0.0 { a } else { 0.0 };
+    let d1 = positive(m.m11);
+    let (l21, l31) = (over(m.m21, d1), over(m.m31, d1));
+    let d2 = positive(m.m22 - l21 * l21 * d1);
+    let l32 = over(m.m32 - l31 * l21 * d1, d2);
+    let d3 = positive(m.m33 - l31 * l31 * d1 - l32 * l32 * d2);
+    let l = Matrix3::new(1.0, 0.0, 0.0, l21, 1.0, 0.0, l31, l32, 1.0);
+    (l, Vector3::new(d1, d2, d3))
+}
+
+/// Inverse of a covariance, if it is regular in correlation scale.
+fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let d = m
         .diagonal()
         .map(|v| if v > 0.0 { 1.0 / libm::sqrt(v) } else { 0.0 });
     let scale = d * d.transpose();
-    // Gauss–Jordan without pivoting: stable for a positive definite matrix, and its pivots tell whether it is one.
-    let mut a = m.component_mul(&scale);
-    let mut inverse = SMatrix::<f64, N, N>::identity();
-    for p in 0..N {
-        let pivot = a[(p, p)];
-        if pivot.is_nan() || pivot < 1e-10 {
-            return None;
-        }
-        for column in 0..N {
-            a[(p, column)] /= pivot;
-            inverse[(p, column)] /= pivot;
-        }
-        for row in 0..N {
-            if row != p {
-                let factor = a[(row, p)];
-                for column in 0..N {
-                    a[(row, column)] -= factor * a[(p, column)];
-                    inverse[(row, column)] -= factor * inverse[(p, column)];
-                }
-            }
-        }
+    let a = m.component_mul(&scale);
+    // By cofactors: of numbers of the size of 1.
+    let (x, y, z) = (
+        a.m22 * a.m33 - a.m23 * a.m23,
+        a.m13 * a.m23 - a.m12 * a.m33,
+        a.m12 * a.m23 - a.m13 * a.m22,
+    );
+    let determinant = a.m11 * x + a.m12 * y + a.m13 * z;
+    if determinant.is_nan() || determinant < NOTHING {
+        return None;
     }
-    Some(inverse.component_mul(&scale))
+    let w = a.m12 * a.m13 - a.m11 * a.m23;
+    let inverse = Matrix3::new(
+        x,
+        y,
+        z,
+        y,
+        a.m11 * a.m33 - a.m13 * a.m13,
+        w,
+        z,
+        w,
+        a.m11 * a.m22 - a.m12 * a.m12,
+    );
+    Some(inverse.component_mul(&scale) / determinant)
 }
 
 impl Update {
-    fn new(
-        estimate: &Estimate,
-        shift: Vector3<f64>,
-        after: Matrix3<f64>,
-    ) -> Result<Self, CorrectionError> {
-        if !shift.iter().all(|e| e.is_finite()) || !is_finite(&after) {
+    fn checked(mut self) -> Result<Self, CorrectionError> {
+        let shift = self.shift + self.gains;
+        if !shift.iter().all(|e| e.is_finite())
+            || !is_finite(&self.after)
+            || !is_finite(&self.absorbed)
+            || !is_finite(&self.spread)
+        {
             return Err(CorrectionError::NotFinite);
         }
-        let before = estimate.covariance;
-        Ok(Self {
-            pose: estimate.pose,
-            before,
-            shift,
-            after,
-            inverse: invert(&before),
-        })
+        self.inverse = invert(&self.before);
+        Ok(self)
     }
 
-    /// Carries the update to a later estimate of the same journey (or to the same one).
+    /// The correction of the gains, and how well they are known after it.
+    #[must_use]
+    pub fn gains(&self) -> (Vector3<f64>, Spread) {
+        (self.gains, Spread::of(&self.spread))
+    }
+
+    /// Carries the update to a later state of the same journey (or to the same one).
     ///
-    /// With Φ the product of F since: P := P + Φ K ν, C := Φ C⁺ Φᵀ + Q, where Q = C − Φ C⁻ Φᵀ is the noise since.
+    /// With Φ the product of F since: P̂ := P̂ + Φ K ν + Γ δg, C := Φ C⁺ Φᵀ + Q, where Q = C − Φ C⁻ Φᵀ is the noise since, Γ := Γ − Φ K H Γ⁻.
     #[must_use]
-    pub fn carried_to_later(&self, estimate: &Estimate) -> Estimate {
-        let dx = estimate.pose.x - self.pose.x;
-        let dy = estimate.pose.y - self.pose.y;
-        let noise = estimate.covariance - transported(&self.before, dx, dy);
-        let c = transported(&self.after, dx, dy) + positive_part(&noise);
-        moved(estimate, transport(dx, dy) * self.shift, &c)
+    pub fn carried_to_later(&self, belief: &Belief) -> Belief {
+        let dx = belief.pose.x - self.pose.x;
+        let dy = belief.pose.y - self.pose.y;
+        let noise = belief.own - transported(&self.before, dx, dy);
+        let own = transported(&self.after, dx, dy) + positive_part(&noise);
+        self.moved(belief, &transport(dx, dy), own)
     }
 
-    /// Carries the update to an earlier estimate: the smoother's gain is C_τ Φᵀ C⁻¹. Where C is singular, the past is left as it was.
+    /// Carries the update to an earlier state: the smoother's gain is C_τ Φᵀ C⁻¹. Where C is singular, what the past knows of its own is left as it was.
     #[must_use]
-    pub fn carried_to_earlier(&self, estimate: &Estimate) -> Estimate {
-        let Some(inverse) = self.inverse else {
-            return *estimate;
-        };
+    pub fn carried_to_earlier(&self, belief: &Belief) -> Belief {
         // Φ from there to here is the inverse of Φ from here to there.
-        let phi = transport(self.pose.x - estimate.pose.x, self.pose.y - estimate.pose.y);
-        let c = estimate.covariance;
-        let gain = c * phi.transpose() * inverse;
+        let phi = transport(self.pose.x - belief.pose.x, self.pose.y - belief.pose.y);
+        let c = belief.own;
+        let gain = self
+            .inverse
+            .map_or_else(Matrix3::zeros, |inverse| c * phi.transpose() * inverse);
         let c = c + gain * (self.after - self.before) * gain.transpose();
-        let c = positive_part(&((c + c.transpose()) * 0.5));
-        moved(estimate, gain * self.shift, &c)
+        self.moved(belief, &gain, positive_part(&((c + c.transpose()) * 0.5)))
     }
-}
 
-fn moved(estimate: &Estimate, shift: Vector3<f64>, c: &Matrix3<f64>) -> Estimate {
-    Estimate {
-        pose: Pose {
-            x: estimate.pose.x + shift.x,
-            y: estimate.pose.y + shift.y,
-            theta: estimate.pose.theta + shift.z,
-        },
-        covariance: *c,
+    /// `gain` is by how much another pose goes along with the one that was corrected.
+    fn moved(&self, belief: &Belief, gain: &Matrix3<f64>, own: Matrix3<f64>) -> Belief {
+        let shift = gain * self.shift + belief.leverage * self.gains;
+        Belief {
+            pose: Pose {
+                x: belief.pose.x + shift.x,
+                y: belief.pose.y + shift.y,
+                theta: belief.pose.theta + shift.z,
+            },
+            own,
+            leverage: belief.leverage - gain * self.absorbed,
+        }
     }
 }
 

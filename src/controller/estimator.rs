@@ -1,8 +1,11 @@
-//! Pose and covariance by odometry (theory sections 2 and 3).
+//! Pose and covariance by odometry (theory sections 2, 3 and 6).
 
+use super::belief::Belief;
+pub use super::compound::Compound;
+use super::compound::{Odometer, Play};
 use super::reckoning::{Reckoning, WidePose};
-use crate::math::{Sum, limit, positive_part, reduced, sin_cos, sinc};
-use crate::vehicle::Twist;
+use crate::math::positive_part;
+use crate::vehicle::{Calibration, GAINS, Influence, Twist};
 use nalgebra::Matrix3;
 
 /// Position and heading of the virtual vehicle.
@@ -27,88 +30,6 @@ pub struct Noise {
     pub drift: f32,
     /// κ_rot: variance of the heading per rotation, rad²/rad.
     pub rotation: f32,
-}
-
-/// A compound motion: what the vehicle did over several cycles, in the frame of its first pose.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Compound {
-    ahead: Sum,
-    aside: Sum,
-    turned: Sum,
-    /// Total variation of S (m) and of α (rad).
-    variation: Twist,
-}
-
-impl Compound {
-    /// One arc: ΔS, Δα and their variations (theory section 2; the chord is ΔS sinc(Δα/2) long, at half the angle).
-    #[must_use]
-    pub fn arc(increment: Twist, variation: Twist) -> Self {
-        let mut compound = Self::default();
-        compound.append(increment, variation);
-        compound
-    }
-
-    /// A motion by what it amounts to: ahead and aside (m) and turned (rad), and its variations.
-    #[must_use]
-    pub fn of([ahead, aside, turned]: [f64; 3], variation: Twist) -> Self {
-        Self {
-            ahead: Sum::from_f64(ahead),
-            aside: Sum::from_f64(aside),
-            turned: Sum::from_f64(turned),
-            variation,
-        }
-    }
-
-    fn append(&mut self, increment: Twist, variation: Twist) {
-        let half = 0.5 * increment.rotation;
-        let chord = increment.translation * sinc(half);
-        let (sin, cos) = sin_cos(self.turned.get() + half);
-        self.ahead.add(chord * cos);
-        self.aside.add(chord * sin);
-        self.turned.add(increment.rotation);
-        self.variation.translation += variation.translation;
-        self.variation.rotation += variation.rotation;
-    }
-
-    /// The motion from one pose to another.
-    fn between(from: &WidePose, to: &WidePose, variation: Twist) -> Self {
-        let dx = to.x.minus(from.x).get();
-        let dy = to.y.minus(from.y).get();
-        let (sin, cos) = sin_cos(reduced(from.theta));
-        Self {
-            ahead: Sum::new(dx * cos + dy * sin),
-            aside: Sum::new(dy * cos - dx * sin),
-            turned: to.theta.minus(from.theta),
-            variation,
-        }
-    }
-
-    /// Ahead and aside (m), turned (rad).
-    pub(super) fn reached(&self) -> (f32, f32, Sum) {
-        (self.ahead.get(), self.aside.get(), self.turned)
-    }
-
-    pub(super) fn variation(&self) -> Twist {
-        self.variation
-    }
-}
-
-/// The play (hysteresis) operator: a shadow that is dragged along only when the value leaves it by more than the half-width.
-///
-/// The total variation of the shadow is that of the motion, without the flicker of encoder counts (theory section 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Play {
-    /// Value minus shadow.
-    offset: f32,
-}
-
-impl Play {
-    /// Moves the value; returns how far the shadow was dragged, ≥ 0.
-    fn advance(&mut self, increment: f32, half_width: f32) -> f32 {
-        let offset = self.offset + increment;
-        self.offset = limit(offset, half_width);
-        (offset - self.offset).abs()
-    }
 }
 
 /// An estimate of the pose with its covariance.
@@ -141,11 +62,12 @@ impl Estimate {
             && self.covariance.iter().all(|e| e.abs() <= 1e13)
     }
 
-    /// Propagates over a compound motion [C §5].
+    /// Propagates over a compound motion of a vehicle whose gains are known [C §5].
     pub fn propagate(&mut self, motion: &Compound, noise: &Noise) {
-        let mut reckoning = Reckoning::from(&*self);
-        reckoning.propagate(motion, noise);
-        *self = Self::from(&reckoning);
+        let mut reckoning = Reckoning::from(&Belief::from(*self));
+        reckoning.propagate(motion, noise, &Influence::default());
+        let belief = Belief::from(&reckoning);
+        (self.pose, self.covariance) = (belief.pose, belief.own);
     }
 }
 
@@ -159,35 +81,19 @@ pub(super) fn transport(dx: f64, dy: f64) -> Matrix3<f64> {
 pub struct Correction {
     /// The pose that the snapshot held.
     before: WidePose,
-    /// Variation of S and α since start-up that the snapshot held.
-    variation: VariationTotal,
-    /// The estimate that replaces the snapshot's.
+    /// What the odometer showed then.
+    odometer: Odometer,
+    /// What replaces the snapshot's estimate …
     after: Reckoning,
+    /// … and what is known of the gains.
+    calibration: Calibration,
 }
 
-/// Total variations of S (m) and α (rad) since start-up.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct VariationTotal {
-    translation: Sum,
-    rotation: Sum,
-}
-
-impl VariationTotal {
-    fn add(&mut self, variation: Twist) {
-        self.translation.add(variation.translation);
-        self.rotation.add(variation.rotation);
-    }
-
-    fn is_finite(&self) -> bool {
-        (self.translation.get() + self.rotation.get()).is_finite()
-    }
-
-    fn since(&self, earlier: &Self) -> Twist {
-        let difference = |a: Sum, b: Sum| a.minus(b).get();
-        Twist {
-            translation: difference(self.translation, earlier.translation),
-            rotation: difference(self.rotation, earlier.rotation),
-        }
+impl Correction {
+    /// The gains from here on.
+    #[must_use]
+    pub fn gains(&self) -> [f32; GAINS] {
+        self.calibration.gains
     }
 }
 
@@ -201,8 +107,10 @@ pub struct Estimator {
     since: Compound,
     plays: [Play; 2],
     /// Up to the estimate; `since` has the rest.
-    total: VariationTotal,
+    odometer: Odometer,
     noise: Noise,
+    calibration: Calibration,
+    influence: Influence,
     /// Every number of the estimate is one.
     is_finite: bool,
     /// Counts the changes of what changes seldom.
@@ -215,26 +123,36 @@ const WINDOW_DISTANCE: f32 = 0.01;
 const WINDOW_ANGLE: f32 = 0.034_906_585;
 
 impl Estimator {
-    /// Starts at the origin, certain of it.
+    /// Starts at the origin, certain of it and of its gains.
     #[must_use]
     pub fn new(noise: Noise) -> Self {
         Self {
             reckoning: Reckoning::default(),
             since: Compound::default(),
             plays: [Play::default(); 2],
-            total: VariationTotal::default(),
+            odometer: Odometer::default(),
             noise,
+            calibration: Calibration::default(),
+            influence: Influence::default(),
             is_finite: true,
             edition: 0,
         }
     }
 
-    /// Goes on from an estimate and the motion since: an estimator as its parts were written down elsewhere.
+    /// Goes on from what was known and the motion since: an estimator as its parts were written down elsewhere.
     #[must_use]
-    pub fn resume(estimate: Estimate, since: Compound, noise: Noise) -> Self {
+    pub fn resume(
+        belief: &Belief,
+        since: Compound,
+        noise: Noise,
+        calibration: Calibration,
+        influence: Influence,
+    ) -> Self {
         Self {
-            reckoning: Reckoning::from(&estimate),
+            reckoning: Reckoning::from(belief),
             since,
+            calibration,
+            influence,
             ..Self::new(noise)
         }
     }
@@ -243,6 +161,29 @@ impl Estimator {
     pub fn set_noise(&mut self, noise: Noise) {
         self.fold();
         self.noise = noise;
+    }
+
+    /// Takes over what is known of the gains, and what they do to the motions from here on.
+    pub fn calibrate(&mut self, calibration: Calibration, influence: Influence) {
+        self.fold();
+        self.calibration = calibration;
+        self.influence = influence;
+    }
+
+    /// By how much a straight motion of ΔS (m) is longer for each gain, m.
+    #[must_use]
+    pub fn effects(&self, travelled: f32) -> [f32; GAINS] {
+        let straight = Twist {
+            translation: travelled,
+            rotation: 0.0,
+        };
+        self.influence.of(straight).map(|effect| effect.translation)
+    }
+
+    /// What is known of the gains.
+    #[must_use]
+    pub fn calibration(&self) -> &Calibration {
+        &self.calibration
     }
 
     /// Takes in an increment; `resolution` is what one encoder count amounts to.
@@ -256,7 +197,7 @@ impl Estimator {
             rotation: rotation.advance(increment.rotation, resolution.rotation),
         };
         self.since.append(increment, variation);
-        let travelled = &self.since.variation;
+        let travelled = self.since.variation();
         // Written so that a NaN is folded, and found, at once.
         if !(travelled.translation < WINDOW_DISTANCE && travelled.rotation < WINDOW_ANGLE) {
             self.fold();
@@ -282,20 +223,27 @@ impl Estimator {
 
     fn fold(&mut self) {
         self.edition = self.edition.wrapping_add(1);
-        self.reckoning.propagate(&self.since, &self.noise);
-        self.total.add(self.since.variation);
+        self.reckoning
+            .propagate(&self.since, &self.noise, &self.influence);
+        self.odometer.add(&self.since);
         self.since = Compound::default();
-        self.is_finite = self.reckoning.is_finite() && self.total.is_finite();
+        self.is_finite = self.reckoning.is_finite() && self.odometer.is_finite();
     }
 
-    /// The estimate as of now: the remainder is added on a copy, and what rounding did to the covariance is projected away.
+    /// The estimate as of now.
     #[must_use]
     pub fn present(&self) -> Estimate {
+        self.belief().estimate(&self.calibration.spread)
+    }
+
+    /// What is known of the pose now, apart from the gains: the remainder is added on a copy, and what rounding did to the covariance is projected away.
+    #[must_use]
+    pub fn belief(&self) -> Belief {
         let mut reckoning = self.reckoning;
-        reckoning.propagate(&self.since, &self.noise);
-        let mut estimate = Estimate::from(&reckoning);
-        estimate.covariance = positive_part(&estimate.covariance);
-        estimate
+        reckoning.propagate(&self.since, &self.noise, &self.influence);
+        let mut belief = Belief::from(&reckoning);
+        belief.own = positive_part(&belief.own);
+        belief
     }
 
     /// The pose as of now, without the covariance's cost.
@@ -305,39 +253,42 @@ impl Estimator {
         pose
     }
 
-    /// Total variations as of now.
-    fn present_total(&self) -> VariationTotal {
-        let mut total = self.total;
-        total.add(self.since.variation);
-        total
+    /// The odometer as of now.
+    fn present_odometer(&self) -> Odometer {
+        let mut odometer = self.odometer;
+        odometer.add(&self.since);
+        odometer
     }
 
-    /// A correction that makes `after` of the present estimate.
+    /// A correction that makes `after` of what is known now of the pose, and `calibration` of what is known of the gains.
     #[must_use]
-    pub fn correction(&self, after: Estimate) -> Correction {
+    pub fn correction(&self, after: &Belief, calibration: Calibration) -> Correction {
         Correction {
             before: self.present_pose(),
-            variation: self.present_total(),
-            after: Reckoning::from(&after),
+            odometer: self.present_odometer(),
+            after: Reckoning::from(after),
+            calibration,
         }
     }
 
-    /// Applies a correction that was computed from an earlier copy of this estimator.
-    pub fn apply(&mut self, correction: &Correction) {
+    /// Applies a correction that was computed from an earlier copy of this estimator. `influence` is that of its gains.
+    pub fn apply(&mut self, correction: &Correction, influence: Influence) {
         // Where nobody knows any more what it has done since, nothing is put on top.
         let since = if self.is_finite {
-            let variation = self.present_total().since(&correction.variation);
-            Compound::between(&correction.before, &self.present_pose(), variation)
+            let odometer = self.present_odometer().since(&correction.odometer);
+            Compound::between(&correction.before, &self.present_pose(), odometer)
         } else {
             Compound::default()
         };
         self.since = since;
-        self.total = if self.is_finite {
-            correction.variation
+        self.odometer = if self.is_finite {
+            correction.odometer
         } else {
-            VariationTotal::default()
+            Odometer::default()
         };
         self.reckoning = correction.after;
+        self.calibration = correction.calibration;
+        self.influence = influence;
         self.is_finite = true;
         self.edition = self.edition.wrapping_add(1);
     }
@@ -354,20 +305,6 @@ mod tests {
     };
 
     #[test]
-    fn play_ignores_flicker() {
-        let mut play = Play::default();
-        let mut total = 0.0;
-        for k in 0..1000 {
-            total += play.advance(if k % 2 == 0 { 1.0 } else { -1.0 }, 1.0);
-        }
-        assert_eq!(total, 0.0);
-        for _ in 0..10 {
-            total += play.advance(-1.0, 1.0);
-        }
-        assert_eq!(total, 9.0);
-    }
-
-    #[test]
     fn a_late_correction_keeps_the_motion_since() {
         let resolution = Twist {
             translation: 1e-4,
@@ -382,17 +319,17 @@ mod tests {
             late.advance(increment, resolution);
         }
         let mut prompt = late;
-        let mut after = late.present();
+        let mut after = late.belief();
         after.pose.x += 0.05;
         after.pose.theta += 0.1;
-        after.covariance *= 0.5;
-        let correction = late.correction(after);
-        prompt.apply(&correction);
+        after.own *= 0.5;
+        let correction = late.correction(&after, Calibration::default());
+        prompt.apply(&correction, Influence::default());
         for _ in 0..200 {
             late.advance(increment, resolution);
             prompt.advance(increment, resolution);
         }
-        late.apply(&correction);
+        late.apply(&correction, Influence::default());
         let (a, b) = (late.present(), prompt.present());
         // The window in between is propagated in one step or in several: both are exact in the mean.
         assert!((a.pose.x - b.pose.x).abs() < 1e-7);

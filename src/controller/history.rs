@@ -3,31 +3,79 @@
 //! A correction changes all of them, which takes a small processor some 20 ms. It is done entry by entry, whenever there is time; until then no other
 //! correction can be made.
 
+use super::belief::Belief;
 use super::correction::Update;
-use super::estimator::{Estimate, Pose};
+use super::estimator::Pose;
+use crate::math::upper_triangle;
 use crate::time::{self, Duration, Instant};
 use heapless::Deque;
+use nalgebra::Matrix3;
 
-/// An estimate and the instant that it describes.
+/// What was known at some instant, corrections since included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Past {
     /// When.
     pub time: Instant,
-    /// What was known of it then, corrections since included.
-    pub estimate: Estimate,
+    /// Of the pose.
+    pub belief: Belief,
+}
+
+/// The same, as small as it goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Entry {
+    time: Instant,
+    pose: Pose,
+    /// Cxx Cxy Cxθ Cyy Cyθ Cθθ.
+    own: [f64; 6],
+    leverage: [f32; 9],
+}
+
+impl From<&Past> for Entry {
+    fn from(past: &Past) -> Self {
+        let mut leverage = [0.0; 9];
+        for (small, wide) in leverage.iter_mut().zip(&past.belief.leverage) {
+            *small = *wide as f32;
+        }
+        Self {
+            time: past.time,
+            pose: past.belief.pose,
+            own: upper_triangle(&past.belief.own),
+            leverage,
+        }
+    }
+}
+
+impl From<&Entry> for Past {
+    fn from(entry: &Entry) -> Self {
+        let [xx, xy, xt, yy, yt, tt] = entry.own;
+        Self {
+            time: entry.time,
+            belief: Belief {
+                pose: entry.pose,
+                own: Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt),
+                leverage: Matrix3::from(leverage_of(entry)),
+            },
+        }
+    }
+}
+
+/// By columns.
+fn leverage_of(entry: &Entry) -> [[f64; 3]; 3] {
+    let [a, b, c, d, e, f, g, h, i] = entry.leverage.map(f64::from);
+    [[a, b, c], [d, e, f], [g, h, i]]
 }
 
 /// The oldest observation that is taken.
 pub const MAX_AGE: Duration = Duration::millis(1500);
 /// Distance of the entries.
-const SPACING: Duration = Duration::millis(25);
+const SPACING: Duration = Duration::millis(30);
 /// Enough for 1.5 s, and one to spare on either side.
-const LENGTH: usize = 64;
+const LENGTH: usize = 52;
 
 /// Past poses, at least 1.5 s of them.
 #[derive(Clone, Debug, Default)]
 pub struct History {
-    ring: Deque<Past, LENGTH>,
+    ring: Deque<Entry, LENGTH>,
     revision: Option<Revision>,
 }
 
@@ -45,7 +93,7 @@ struct Revision {
 
 impl History {
     /// Adds the present, if enough time has passed since the last entry.
-    pub fn record(&mut self, now: Instant, present: impl FnOnce() -> Estimate) {
+    pub fn record(&mut self, now: Instant, present: impl FnOnce() -> Belief) {
         let due = self
             .ring
             .back()
@@ -57,10 +105,11 @@ impl History {
             self.ring.pop_front();
         }
         // There is room: one was just made.
-        let _ = self.ring.push_back(Past {
+        let past = Past {
             time: now,
-            estimate: present(),
-        });
+            belief: present(),
+        };
+        let _ = self.ring.push_back(Entry::from(&past));
     }
 
     /// Forgets everything.
@@ -75,15 +124,16 @@ impl History {
         self.revision.is_none()
     }
 
-    /// The estimate at `time`, between entries by interpolation; none if the ring does not reach back so far.
+    /// What was known at `time`, between entries by interpolation; none if the ring does not reach back so far.
     #[must_use]
     pub fn at(&self, time: Instant, now: Past) -> Option<Past> {
-        let mut after = now;
-        for past in self.ring.iter().rev() {
-            if past.time <= time {
-                return Some(interpolate(past, &after, time));
+        let mut later = None;
+        for entry in self.ring.iter().rev() {
+            if entry.time <= time {
+                let after = later.map_or(now, Past::from);
+                return Some(interpolate(&Past::from(entry), &after, time));
             }
-            after = *past;
+            later = Some(entry);
         }
         None
     }
@@ -110,12 +160,14 @@ impl History {
         let Some(revision) = &mut self.revision else {
             return false;
         };
-        let due = |past: &&mut Past| {
+        let due = |past: &&mut Entry| {
             past.time <= revision.last && revision.done.is_none_or(|done| past.time > done)
         };
         match self.ring.iter_mut().find(due) {
-            Some(past) => {
+            Some(entry) => {
+                let mut past = Past::from(&*entry);
                 past.correct(&revision.update, revision.at);
+                *entry = Entry::from(&past);
                 revision.done = Some(past.time);
             }
             None => self.revision = None,
@@ -127,15 +179,15 @@ impl History {
 impl Past {
     /// Takes in a correction that was made to the estimate of the instant `at`.
     pub fn correct(&mut self, update: &Update, at: Instant) {
-        self.estimate = if self.time >= at {
-            update.carried_to_later(&self.estimate)
+        self.belief = if self.time >= at {
+            update.carried_to_later(&self.belief)
         } else {
-            update.carried_to_earlier(&self.estimate)
+            update.carried_to_earlier(&self.belief)
         };
     }
 }
 
-/// Linear in pose and covariance: over 25 ms an arc differs from its chord by 0.1 mm at 1 m/s and 90 °/s. θ is unwrapped, so it interpolates too.
+/// Linear in pose and covariance: over 30 ms an arc differs from its chord by 0.2 mm at 1 m/s and 90 °/s. θ is unwrapped, so it interpolates too.
 fn interpolate(before: &Past, after: &Past, time: Instant) -> Past {
     let whole = time::seconds(time::since(after.time, before.time));
     let part = time::seconds(time::since(time, before.time));
@@ -144,17 +196,19 @@ fn interpolate(before: &Past, after: &Past, time: Instant) -> Past {
     } else {
         0.0
     };
-    let mix = |a: f64, b: f64| a + f64::from(w) * (b - a);
-    let (a, b) = (&before.estimate, &after.estimate);
+    let (a, b) = (&before.belief, &after.belief);
+    let (v, w) = (f64::from(1.0 - w), f64::from(w));
+    let mix = |a: f64, b: f64| a + w * (b - a);
     Past {
         time,
-        estimate: Estimate {
+        belief: Belief {
             pose: Pose {
                 x: mix(a.pose.x, b.pose.x),
                 y: mix(a.pose.y, b.pose.y),
                 theta: mix(a.pose.theta, b.pose.theta),
             },
-            covariance: a.covariance * f64::from(1.0 - w) + b.covariance * f64::from(w),
+            own: a.own * v + b.own * w,
+            leverage: a.leverage * v + b.leverage * w,
         },
     }
 }

@@ -1,11 +1,12 @@
 //! The paper's interface procedures: what the interpreter calls, and what any code on the same processor may call [C §2, §3].
 
-use super::correction::{self, CorrectionError, Update};
+use super::correction::{self, CorrectionError, Terms, Update};
 use super::history::{History, MAX_AGE, Past};
-use super::{Action, AxisCommand, Config, Estimate, Pose, Request, Snapshot};
+use super::{Action, AxisCommand, Belief, Config, Estimate, Pose, Request, Snapshot};
 use crate::supervisor::Fault;
 use crate::time::{self, Duration};
-use nalgebra::{Matrix3, RowVector3, SMatrix, SVector, Vector3};
+use crate::vehicle::Calibration;
+use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// The largest speeds and accelerations that a command may ask for, SI and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,6 +113,9 @@ pub struct Interface<C> {
     history: History,
     /// What GetEstPos last answered: clients compute their gains from it.
     answered: Option<Past>,
+    /// What is known of the gains; a correction under way is in it.
+    calibration: Calibration,
+    learns: bool,
 }
 
 impl<C> Interface<C> {
@@ -128,7 +132,24 @@ impl<C> Interface<C> {
             emergencies_sent: snapshot.emergency_ticket,
             history: History::default(),
             answered: None,
+            calibration: *snapshot.estimator.calibration(),
+            learns: false,
         }
+    }
+
+    /// What is known of the gains.
+    pub fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    /// True while observations correct the gains, too.
+    pub fn learns(&self) -> bool {
+        self.learns
+    }
+
+    /// From here on observations correct the gains, or only consider them: what is not known of them is a part of the pose's covariance in either case.
+    pub fn learn(&mut self, learns: bool) {
+        self.learns = learns;
     }
 
     /// Takes the state after a tick over, and does a piece of [`work`](Self::work).
@@ -143,7 +164,7 @@ impl<C> Interface<C> {
         // While a request is under way, snapshots may not show its correction yet, and the past already does.
         if self.is_idle() {
             self.history
-                .record(snapshot.time, || snapshot.estimator.present());
+                .record(snapshot.time, || snapshot.estimator.belief());
         }
     }
 
@@ -270,7 +291,7 @@ impl<C> Interface<C> {
         if self.is_idle() {
             self.answered = Some(past);
         }
-        past.estimate
+        past.belief.estimate(&self.calibration.spread)
     }
 
     /// `CorrectPos`: P := P + K ΔP, C := C − K C, with respect to what [`get_est_pos`](Self::get_est_pos) last answered; carried to now.
@@ -285,8 +306,8 @@ impl<C> Interface<C> {
             .answered
             .filter(|past| time::since(present.time, past.time) <= MAX_AGE)
             .unwrap_or(present);
-        let update = correction::with_gain(&then.estimate, shift, gain)?;
-        self.correct(&update, then, present)
+        let update = correction::with_gain(&then.belief, &self.calibration.spread, shift, gain)?;
+        self.correct(&update, then, present, self.learns)
     }
 
     /// Corrects by an observation that is `age` seconds old (0 to 1.5). Returns the squared Mahalanobis distance of its innovation.
@@ -318,29 +339,60 @@ impl<C> Interface<C> {
                     self.history.reach(present.time),
                 )))?
         };
-        let gate = f64::from(gate);
+        let terms = Terms {
+            gate: f64::from(gate),
+            learns: self.learns,
+        };
+        let spread = &self.calibration.spread;
         let (update, distance) = match observation {
             Observation::Pose { pose, covariance } => {
                 let covariance = crate::math::symmetric(covariance, covariance)
                     .map_err(|_| CorrectionError::NotPositive)?;
-                let innovation = correction::pose_innovation(pose, &then.estimate.pose);
-                let h = SMatrix::<f64, 3, 3>::identity();
-                correction::observe(&then.estimate, innovation, &covariance, &h, gate)?
+                let innovation = correction::pose_innovation(pose, &then.belief.pose);
+                correction::observe_pose(&then.belief, spread, innovation, &covariance, terms)?
             }
             Observation::Scalar {
                 innovation,
                 variance,
                 row,
-            } => correction::observe(
-                &then.estimate,
-                SVector::<f64, 1>::new(*innovation),
-                &SMatrix::<f64, 1, 1>::new(*variance),
-                row,
-                gate,
-            )?,
+            } => {
+                let row = row.transpose();
+                correction::observe_scalar(
+                    &then.belief,
+                    spread,
+                    *innovation,
+                    *variance,
+                    &row,
+                    terms,
+                )?
+            }
         };
-        self.correct(&update, then, present)?;
+        self.correct(&update, then, present, self.learns)?;
         Ok(distance)
+    }
+
+    /// Takes the last move for one of `length` m, measured from outside, along a straight line: that tells what the gains of the wheels have in common,
+    /// k_d [H eq. 10].
+    ///
+    /// # Errors
+    /// [`Refusal::Moving`] until it has ended; [`Refusal::Distance`] if it was shorter than 0.1 m; [`Refusal::Correction`] if a gain would be beyond reason.
+    pub fn calibrate_straight(&mut self, length: f64) -> Result<(), Refusal> {
+        if self.snapshot.is_moving() {
+            return Err(Refusal::Moving);
+        }
+        let travelled = self.snapshot.translation.displacement.to_f64().abs();
+        if !(travelled > 0.1) {
+            return Err(Refusal::Distance);
+        }
+        let present = self.present();
+        let effects = self.snapshot.estimator.effects(travelled as f32);
+        let update = correction::measured_run(
+            &present.belief,
+            &self.calibration,
+            &effects,
+            length - travelled,
+        )?;
+        self.correct(&update, present, present, true)
     }
 
     /// `ResetPos`: sets pose and covariance, and forgets the past.
@@ -356,7 +408,10 @@ impl<C> Interface<C> {
         if !after.is_plausible() {
             return Err(Refusal::NotFinite);
         }
-        let correction = self.snapshot.estimator.correction(after);
+        let correction = self
+            .snapshot
+            .estimator
+            .correction(&Belief::from(after), self.calibration);
         self.send(Action::Correct(correction))?;
         self.history.clear();
         self.answered = None;
@@ -376,28 +431,48 @@ impl<C> Interface<C> {
         if geometry && self.snapshot.is_moving() {
             return Err(Refusal::Moving);
         }
+        let calibration = config.calibration;
         self.send(Action::Configure(config))?;
         self.limits = limits;
+        self.calibration = calibration;
         Ok(())
     }
 
     fn present(&self) -> Past {
         Past {
             time: self.snapshot.time,
-            estimate: self.snapshot.estimator.present(),
+            belief: self.snapshot.estimator.belief(),
         }
     }
 
-    fn correct(&mut self, update: &Update, then: Past, present: Past) -> Result<(), Refusal> {
+    fn correct(
+        &mut self,
+        update: &Update,
+        then: Past,
+        present: Past,
+        learns: bool,
+    ) -> Result<(), Refusal> {
         if !self.takes_corrections() {
             return Err(Refusal::Busy);
         }
-        let after = update.carried_to_later(&present.estimate);
-        if !after.is_plausible() {
+        let after = update.carried_to_later(&present.belief);
+        let mut calibration = self.calibration;
+        if learns {
+            let (change, spread) = update.gains();
+            for (gain, change) in calibration.gains.iter_mut().zip(&change) {
+                *gain = (f64::from(*gain) + change) as f32;
+            }
+            calibration.spread = spread;
+            if !calibration.is_plausible() {
+                return Err(CorrectionError::Gains.into());
+            }
+        }
+        if !after.estimate(&calibration.spread).is_plausible() {
             return Err(CorrectionError::NotFinite.into());
         }
-        let correction = self.snapshot.estimator.correction(after);
+        let correction = self.snapshot.estimator.correction(&after, calibration);
         self.send(Action::Correct(correction))?;
+        self.calibration = calibration;
         self.history.correct(update, then.time);
         if let Some(answered) = &mut self.answered {
             answered.correct(update, then.time);

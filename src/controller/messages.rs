@@ -4,6 +4,7 @@ use super::estimator::Correction;
 use super::{AxisCommand, AxisConfig, Noise, Sensing};
 use crate::supervisor::{self, Fault, Place};
 use crate::time::Duration;
+use crate::vehicle::Calibration;
 use heapless::Vec;
 
 /// How many requests can wait for a tick.
@@ -25,6 +26,8 @@ pub struct Config<C> {
     pub stop_turn_acceleration: f32,
     /// Random odometric error.
     pub noise: Noise,
+    /// What is known of the vehicle's gains.
+    pub calibration: Calibration,
     /// What the board's inputs mean.
     pub sensing: Sensing,
     /// What the supervisor holds the base to.

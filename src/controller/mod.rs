@@ -10,7 +10,9 @@
 //! ```
 
 pub mod axis;
+pub mod belief;
 mod clock;
+mod compound;
 pub mod correction;
 pub mod estimator;
 mod history;
@@ -23,6 +25,7 @@ mod snapshot;
 mod stopping;
 
 pub use axis::{Axis, AxisCommand, AxisConfig, Cycle, State};
+pub use belief::Belief;
 pub use correction::CorrectionError;
 pub use estimator::{Estimate, Estimator, Noise, Pose};
 pub use history::MAX_AGE;
@@ -36,6 +39,7 @@ use crate::time::{self, Instant};
 use crate::vehicle::{Motion, Twist, VirtualVehicle};
 use axis::AxisEvent;
 use clock::{Clock, Elapsed};
+use estimator::Correction;
 use heapless::Deque;
 use sensing::Readings;
 
@@ -108,12 +112,14 @@ const REST_UNTIL: f32 = 0.6;
 impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// Takes the vehicle over. `fault` is one that the start-up found, such as a watchdog reset.
     pub fn new(vehicle: V, config: Config<V::Config>, fault: Option<Fault>) -> Self {
+        let mut estimator = Estimator::new(config.noise);
+        estimator.calibrate(config.calibration, vehicle.influence());
         Self {
             vehicle,
             config,
             clock: Clock::new(config.period),
             period: time::seconds(config.period),
-            estimator: Estimator::new(config.noise),
+            estimator,
             translation: Axis::default(),
             rotation: Axis::default(),
             motion: Motion::default(),
@@ -303,7 +309,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 self.power = Power::Disabling;
                 self.stop(StopReason::Disable);
             }
-            Action::Correct(correction) => self.estimator.apply(&correction),
+            Action::Correct(correction) => self.correct(&correction),
             Action::Configure(config) => {
                 self.estimator.set_noise(config.noise);
                 if config.period != self.config.period {
@@ -311,9 +317,18 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 }
                 self.period = time::seconds(config.period);
                 self.vehicle.configure(&config.vehicle);
+                self.estimator
+                    .calibrate(config.calibration, self.vehicle.influence());
                 self.config = config;
             }
         }
+    }
+
+    fn correct(&mut self, correction: &Correction) {
+        if correction.gains() != self.estimator.calibration().gains {
+            self.vehicle.set_gains(correction.gains());
+        }
+        self.estimator.apply(correction, self.vehicle.influence());
     }
 
     fn may_move(&self) -> bool {

@@ -4,8 +4,10 @@
 //! any heading but the axes' it is the difference of numbers that large. An f64 would do; on the Cortex-M4F it would take some 3000 instructions
 //! a step, this takes 700.
 
-use super::estimator::{Compound, Estimate, Noise, Pose};
+use super::compound::Compound;
+use super::estimator::{Noise, Pose};
 use crate::math::{Factor, Sum, reduced, sin_cos};
+use crate::vehicle::{GAINS, Influence, Twist};
 use nalgebra::Matrix3;
 
 /// A pose: x, y (m), θ (rad, unwrapped).
@@ -29,12 +31,13 @@ impl WidePose {
     }
 }
 
-/// A pose with the covariance of (x, y, θ).
+/// A pose with its own covariance and the gains' leverage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Reckoning {
     pub(super) pose: WidePose,
     /// Cxx Cxy Cxθ Cyy Cyθ Cθθ.
     covariance: [Sum; 6],
+    leverage: Leverage,
 }
 
 impl Reckoning {
@@ -45,7 +48,7 @@ impl Reckoning {
     ///     Φ_S = [cos θ_m, sin θ_m, 0]ᵀ                      Φ_α = [−Δy/2, Δx/2, 1]ᵀ
     ///     q_S = κ_S |ΔS|     q_α = κ_drift |ΔS| + κ_rot |Δα|     θ_m = θ + Δα/2
     /// ```
-    pub(super) fn propagate(&mut self, motion: &Compound, noise: &Noise) {
+    pub(super) fn propagate(&mut self, motion: &Compound, noise: &Noise, influence: &Influence) {
         let heading = reduced(self.pose.theta);
         let (dx, dy) = self.pose.advance(motion);
         let (_, _, turned) = motion.reached();
@@ -54,6 +57,8 @@ impl Reckoning {
         let q_a = noise.drift * variation.translation + noise.rotation * variation.rotation;
         let (sin, cos) = sin_cos(heading + 0.5 * turned.get());
         let (phi_x, phi_y) = (-0.5 * dy, 0.5 * dx);
+        let effects = influence.of(motion.increment());
+        self.leverage.propagate(effects, (dx, dy), (sin, cos));
         // C := F C Fᵀ: of the 54 products of two matrix multiplications, 6 are not with 0 or 1.
         let (dx, dy) = (Factor::new(dx), Factor::new(dy));
         let [xx, xy, xt, yy, yt, tt] = self.covariance;
@@ -85,36 +90,73 @@ impl Reckoning {
     pub(super) fn is_finite(&self) -> bool {
         let WidePose { x, y, theta } = self.pose;
         let covariance: f32 = self.covariance.iter().map(Sum::get).sum();
-        (x.get() + y.get() + theta.get() + covariance).is_finite()
+        (x.get() + y.get() + theta.get() + covariance).is_finite() && self.leverage.is_finite()
     }
-}
 
-impl From<&Estimate> for Reckoning {
-    fn from(estimate: &Estimate) -> Self {
-        let Pose { x, y, theta } = estimate.pose;
-        let c = &estimate.covariance;
+    pub(super) fn new(pose: &Pose, own: &Matrix3<f64>, leverage: &Matrix3<f64>) -> Self {
+        let c = own;
         Self {
             pose: WidePose {
-                x: Sum::from_f64(x),
-                y: Sum::from_f64(y),
-                theta: Sum::from_f64(theta),
+                x: Sum::from_f64(pose.x),
+                y: Sum::from_f64(pose.y),
+                theta: Sum::from_f64(pose.theta),
             },
             covariance: [c.m11, c.m12, c.m13, c.m22, c.m23, c.m33].map(Sum::from_f64),
+            leverage: (*leverage).into(),
         }
+    }
+
+    /// The pose, C and Γ.
+    pub(super) fn to_f64(self) -> (Pose, Matrix3<f64>, Matrix3<f64>) {
+        let WidePose { x, y, theta } = self.pose;
+        let [xx, xy, xt, yy, yt, tt] = self.covariance.map(|element| element.to_f64());
+        let pose = Pose {
+            x: x.to_f64(),
+            y: y.to_f64(),
+            theta: theta.to_f64(),
+        };
+        let own = Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt);
+        (pose, own, self.leverage.into())
     }
 }
 
-impl From<&Reckoning> for Estimate {
-    fn from(reckoning: &Reckoning) -> Self {
-        let WidePose { x, y, theta } = reckoning.pose;
-        let [xx, xy, xt, yy, yt, tt] = reckoning.covariance.map(|element| element.to_f64());
-        Self {
-            pose: Pose {
-                x: x.to_f64(),
-                y: y.to_f64(),
-                theta: theta.to_f64(),
-            },
-            covariance: Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt),
+/// Γ by its columns, one for each gain: x, y, θ.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Leverage([[Sum; 3]; GAINS]);
+
+impl Leverage {
+    /// Γ := F Γ + Φ_S ∂ΔS/∂k + Φ_α ∂Δα/∂k.
+    fn propagate(&mut self, effects: [Twist; GAINS], (dx, dy): (f32, f32), (sin, cos): (f32, f32)) {
+        let (phi_x, phi_y) = (-0.5 * dy, 0.5 * dx);
+        for ([x, y, theta], effect) in self.0.iter_mut().zip(effects) {
+            let (s, a) = (effect.translation, effect.rotation);
+            let before = theta.get();
+            x.add(cos * s + phi_x * a - dy * before);
+            y.add(sin * s + phi_y * a + dx * before);
+            theta.add(a);
         }
+    }
+
+    fn is_finite(&self) -> bool {
+        let sum: f32 = self.0.iter().flatten().map(Sum::get).sum();
+        sum.is_finite()
+    }
+}
+
+impl From<Matrix3<f64>> for Leverage {
+    fn from(m: Matrix3<f64>) -> Self {
+        let column = |c: [f64; 3]| c.map(Sum::from_f64);
+        Self([
+            column([m.m11, m.m21, m.m31]),
+            column([m.m12, m.m22, m.m32]),
+            column([m.m13, m.m23, m.m33]),
+        ])
+    }
+}
+
+impl From<Leverage> for Matrix3<f64> {
+    fn from(leverage: Leverage) -> Self {
+        let [[a, d, g], [b, e, h], [c, f, i]] = leverage.0.map(|column| column.map(|s| s.to_f64()));
+        Self::new(a, b, c, d, e, f, g, h, i)
     }
 }

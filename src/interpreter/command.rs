@@ -46,6 +46,19 @@ pub enum Command {
     SetParam(Id, f32),
     /// A command without parameters.
     Plain(Keyword),
+    /// Of the gains.
+    Calibrate(Calibrate),
+}
+
+/// What Calibrate does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Calibrate {
+    /// Observations correct the gains, or only consider them.
+    Learn(bool),
+    /// Forget what was learned.
+    Reset,
+    /// The last move was so long, m.
+    Straight(f64),
 }
 
 impl Command {
@@ -277,6 +290,7 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
             let value = words.number(&range(spec.name, spec.min, spec.max, spec.unit))?;
             Command::SetParam(id, value as f32)
         }
+        Keyword::Calibrate => Command::Calibrate(calibrate(words)?),
         plain => Command::Plain(plain),
     })
 }
@@ -292,6 +306,22 @@ fn motion(words: &mut Words<'_>, unit: f64, names: [&'static str; 3]) -> Result<
         // How fast is the controller's to judge.
         speed: si(words.optional(&range("v", -1e9, 1e9, speed))?),
         acceleration: si(words.optional(&range("a", -1e9, 1e9, acceleration))?),
+    })
+}
+
+fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, Error> {
+    let word = words.next()?.ok_or(TOO_FEW)?;
+    let is = |name: &str| word.eq_ignore_ascii_case(name.as_bytes());
+    Ok(if is("on") {
+        Calibrate::Learn(true)
+    } else if is("off") {
+        Calibrate::Learn(false)
+    } else if is("reset") {
+        Calibrate::Reset
+    } else if is("straight") {
+        Calibrate::Straight(words.number(&range("metres", 0.1, 1e3, "m"))?)
+    } else {
+        return Err(Error::Syntax("on, off, reset or straight"));
     })
 }
 

@@ -5,6 +5,7 @@ use crate::controller::{CorrectionError, Refusal};
 use crate::params::ParamError;
 use crate::params::store::StoreError;
 use crate::supervisor::Fault;
+use crate::vehicle::Calibration;
 
 /// A refusal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,6 +157,12 @@ pub fn refuse(refusal: Refusal) -> Error {
         Refusal::Moving => Error::Moving,
         Refusal::Correction(CorrectionError::Gate(distance)) => Error::Gate(distance),
         Refusal::Correction(CorrectionError::NotPositive) => Error::NotPsd,
+        Refusal::Correction(CorrectionError::Gains) => Error::Range {
+            name: "a gain",
+            min: Calibration::RANGE[0],
+            max: Calibration::RANGE[1],
+            unit: "",
+        },
         Refusal::Age => age_range(1.5),
         Refusal::TooOld(reach) => age_range(reach),
         // The parser lets no such number through; the interface may still be called by others.

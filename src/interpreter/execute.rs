@@ -1,6 +1,6 @@
 //! Commands, carried out on a desk; their results as text.
 
-use super::command::{Command, MotionArgs};
+use super::command::{Calibrate, Command, MotionArgs};
 use super::error::{Error, refuse, refuse_motion, refuse_param};
 use super::keyword::Keyword;
 use super::storage::Stage;
@@ -31,13 +31,17 @@ impl Interpreter {
                 self.last_turn = command;
                 self.note_given(1, args);
             }
-            Command::CorrectPos(shift, gain) => desk.correct_pos(shift, &gain).map_err(refuse)?,
+            Command::CorrectPos(shift, gain) => {
+                desk.correct_pos(shift, &gain).map_err(refuse)?;
+                self.note_gains(desk);
+            }
             Command::ResetPos(pose, covariance) => {
                 desk.reset_pos(pose, &covariance).map_err(refuse)?;
             }
             Command::Observe(observation, age) => {
                 let gate = self.params.get(Id::Gate);
                 let distance = desk.observe(&observation, age, gate).map_err(refuse)?;
+                self.note_gains(desk);
                 text.str("Observed").fixed(f64::from(distance), 6);
                 return Ok(());
             }
@@ -53,10 +57,35 @@ impl Interpreter {
             Command::SetParam(id, value) => {
                 self.set_param(desk, id, value)?;
             }
+            Command::Calibrate(what) => self.calibrate(desk, what)?,
             Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
         }
         text.str("OK");
         Ok(())
+    }
+
+    #[inline(never)]
+    fn calibrate(&mut self, desk: &mut Desk, what: Calibrate) -> Result<(), Error> {
+        match what {
+            Calibrate::Learn(learns) => desk.learn(learns),
+            Calibrate::Reset => {
+                let mut params = self.params;
+                params.unlearn();
+                self.take_params(desk, &params, true)?;
+            }
+            Calibrate::Straight(length) => {
+                desk.calibrate_straight(length).map_err(refuse)?;
+                self.params.learn(desk.calibration());
+            }
+        }
+        Ok(())
+    }
+
+    /// What observations have taught is kept with the parameters.
+    fn note_gains(&mut self, desk: &Desk) {
+        if desk.learns() {
+            self.params.learn(desk.calibration());
+        }
     }
 
     #[inline(never)]
@@ -77,6 +106,7 @@ impl Interpreter {
         match keyword {
             Keyword::GetEstPos => reply::est_pos(text, &desk.get_est_pos()),
             Keyword::GetEstSpeed => reply::est_speed(text, desk.snapshot()),
+            Keyword::GetGains => reply::gains(text, desk.calibration()),
             Keyword::GetStatus => reply::status(text, desk.snapshot()),
             Keyword::GetState => reply::state(text, desk.snapshot()),
             Keyword::GetTime => reply::time(text, desk.snapshot()),

@@ -41,6 +41,8 @@ keywords! {
     ResetPos position "ResetPos" None, "x y theta [Cxx Cxy Cxt Cyy Cyt Ctt]: set pose and covariance";
     ObservePos position "ObservePos" None, "x y theta Cxx Cxy Cxt Cyy Cyt Ctt [age]: correct by an observed pose";
     ObserveScalar position "ObserveScalar" None, "nu R h1 h2 h3 [age]: correct by an innovation nu with variance R and row h";
+    Calibrate calibration "Calibrate" None, "on, off, reset or straight m: learn the gains from observations; forget them; the last move was m long";
+    GetGains calibration "GetGains" None, ": k_r k_l k_b and their standard deviations";
     GetStatus state "GetStatus" None, ": move state, turn state, enabled or disabled, fault";
     GetState state "GetState" None, ": t S S' S'' alpha alpha' alpha''";
     GetTime state "GetTime" None, ": seconds since boot";
@@ -75,7 +77,14 @@ impl Keyword {
 }
 
 /// The topics.
-pub const TOPICS: [&str; 5] = ["motion", "position", "state", "safety", "parameters"];
+pub const TOPICS: [&str; 6] = [
+    "motion",
+    "position",
+    "calibration",
+    "state",
+    "safety",
+    "parameters",
+];
 
 /// What help is wanted of.
 #[derive(Clone, Copy, Debug, PartialEq)]

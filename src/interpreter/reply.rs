@@ -4,6 +4,7 @@ use super::keyword::{ALL, Subject, TOPICS};
 use super::text::Text;
 use crate::controller::{Estimate, Event, Snapshot};
 use crate::params::{DEGREES, Fallback, Id, Params};
+use crate::vehicle::Calibration;
 
 /// Writes a heading in degrees, wrapped to (−180, 180] after rounding to 5 decimals.
 pub fn heading(text: &mut Text, theta: f64) {
@@ -29,6 +30,17 @@ pub fn est_pos(text: &mut Text, estimate: &Estimate) {
         .scientific(c.m22)
         .scientific(c.m23 * DEGREES)
         .scientific(c.m33 * DEGREES * DEGREES);
+}
+
+/// `Gains k_r k_l k_b` and their standard deviations.
+pub fn gains(text: &mut Text, calibration: &Calibration) {
+    text.str("Gains");
+    for gain in calibration.gains {
+        text.fixed(f64::from(gain), 6);
+    }
+    for deviation in calibration.spread.deviations() {
+        text.fixed(f64::from(deviation), 6);
+    }
 }
 
 /// `EstSpeed v_s v_α`.

@@ -11,9 +11,10 @@ pub use restore::{Fallback, Fallbacks, Restored};
 pub use table::{Id, Kind, Spec};
 
 use crate::controller::{AxisConfig, Config, Limits, Noise, Sensing};
+use crate::math::sqrt;
 use crate::supervisor::{self, MotorModel};
 use crate::time::Duration;
-use crate::vehicle::{differential, servo};
+use crate::vehicle::{self, Calibration, Spread, differential, servo};
 use core::f32::consts::PI;
 
 /// Why a parameter was refused. Nothing has changed.
@@ -54,6 +55,18 @@ impl Default for Params {
         }
     }
 }
+
+/// The gains, in the order of [`Calibration`].
+const GAINS: [Id; vehicle::GAINS] = [Id::GainRight, Id::GainLeft, Id::GainBase];
+/// The root of their covariance, in the order of [`Spread`].
+const SPREAD: [Id; 6] = [
+    Id::SpreadRr,
+    Id::SpreadLr,
+    Id::SpreadLl,
+    Id::SpreadBr,
+    Id::SpreadBl,
+    Id::SpreadBb,
+];
 
 /// Pairs of which the first must not exceed the second.
 const ORDERED: [(Id, Id); 6] = [
@@ -163,6 +176,7 @@ impl Params {
                 // °²/° is °, and rad²/rad is rad.
                 rotation: radians(self.get(Id::NoiseRot)),
             },
+            calibration: self.calibration(),
             sensing: Sensing {
                 nominal_supply: self.get(Id::Supply),
                 battery_divider: self.get(Id::BatteryDivider),
@@ -173,6 +187,55 @@ impl Params {
             supervision: self.supervision(),
             vehicle: self.vehicle(),
         }
+    }
+
+    /// What is known of the gains: what was learned, or the prior (theory section 6).
+    fn calibration(&self) -> Calibration {
+        let root = SPREAD.map(|id| self.get(id));
+        let spread = if root == [0.0; 6] {
+            self.prior()
+        } else {
+            Spread { root }
+        };
+        Calibration {
+            gains: GAINS.map(|id| self.get(id)),
+            spread,
+        }
+    }
+
+    /// K_drift makes the wheels differ, K_scale is common to both, K_rot is the base's: Var k_r = Var k_l = σ_d² + σ_δ², Cov = σ_d² − σ_δ²,
+    /// σ_δ = w √K_drift / 2.
+    fn prior(&self) -> Spread {
+        let different = 0.5 * self.get(Id::WheelBase) * radians(1.0) * sqrt(self.get(Id::KDrift));
+        let (different, common) = (different * different, self.get(Id::KScale));
+        let wheel = sqrt(common + different);
+        let over = |a: f32| if wheel > 0.0 { a / wheel } else { 0.0 };
+        Spread {
+            root: [
+                wheel,
+                over(common - different),
+                // The variance that is left: (a + b) − (a − b)²/(a + b) = 4ab/(a + b).
+                over(2.0 * sqrt(common * different)),
+                0.0,
+                0.0,
+                sqrt(self.get(Id::KRot)),
+            ],
+        }
+    }
+
+    /// Takes over what has been learned of the gains.
+    pub fn learn(&mut self, calibration: &Calibration) {
+        for (id, gain) in GAINS.into_iter().zip(calibration.gains) {
+            self.put(id, gain);
+        }
+        for (id, element) in SPREAD.into_iter().zip(calibration.spread.root) {
+            self.put(id, element);
+        }
+    }
+
+    /// Forgets it.
+    pub fn unlearn(&mut self) {
+        self.learn(&Calibration::default());
     }
 
     fn supervision(&self) -> supervisor::Config {
@@ -211,16 +274,17 @@ impl Params {
             max_duty: self.get(Id::MaxDuty),
             reversed,
         };
-        // K = 2πR r/N, times the wheel's gain; the gear ratio is part of the counts per turn of the wheel.
-        let per_count = |diameter, gain| {
-            core::f64::consts::PI * f64::from(self.get(diameter)) * f64::from(self.get(gain))
+        // K = 2πR r/N; the gear ratio is part of the counts per turn of the wheel.
+        let per_count = |diameter| {
+            core::f64::consts::PI * f64::from(self.get(diameter))
                 / f64::from(self.get(Id::CountsPerTurn))
         };
         differential::Config {
             geometry: differential::Geometry::new(
-                f64::from(self.get(Id::WheelBase)) * f64::from(self.get(Id::GainBase)),
-                per_count(Id::LeftDiameter, Id::GainLeft),
-                per_count(Id::RightDiameter, Id::GainRight),
+                f64::from(self.get(Id::WheelBase)),
+                per_count(Id::LeftDiameter),
+                per_count(Id::RightDiameter),
+                GAINS.map(|id| self.get(id)),
             ),
             max_wheel_speed: self.get(Id::MaxWheelSpeed),
             observer_bandwidth: 2.0 * PI * self.get(Id::ObserverBandwidth),

@@ -157,6 +157,20 @@ parameters! {
     KDrift "k_drift" "deg2/m2" 0.0..100.0 = 1.0 Value;
     /// K_rot: prior variance of the rotation's scale.
     KRot "k_rot" "-" 0.0..0.01 = 1.93e-4 Value;
+    /// K_scale: prior variance of what the gains of both wheels have in common.
+    KScale "k_scale" "-" 0.0..0.01 = 1e-4 Value;
+    /// The lower triangular root of the gains' covariance, as it was learned (right, left, base); all 0: the prior.
+    SpreadRr "spread_rr" "-" -1.0..1.0 = 0.0 Value;
+    /// The next element, by rows.
+    SpreadLr "spread_lr" "-" -1.0..1.0 = 0.0 Value;
+    /// The next one.
+    SpreadLl "spread_ll" "-" -1.0..1.0 = 0.0 Value;
+    /// The next one.
+    SpreadBr "spread_br" "-" -1.0..1.0 = 0.0 Value;
+    /// The next one.
+    SpreadBl "spread_bl" "-" -1.0..1.0 = 0.0 Value;
+    /// The last one.
+    SpreadBb "spread_bb" "-" -1.0..1.0 = 0.0 Value;
     /// Largest squared Mahalanobis distance of an observation; 0: any.
     Gate "gate" "-" 0.0..1e6 = 25.0 Value;
 

@@ -3,8 +3,8 @@
 mod geometry;
 
 use super::{
-    Counter, Drive, Encoder, Gains, Motion, Observer, OutputError, Twist, VirtualVehicle, Wheel,
-    WheelCommand, servo,
+    Counter, Drive, Encoder, GAINS, Gains, Influence, Motion, Observer, OutputError, Twist,
+    VirtualVehicle, Wheel, WheelCommand, servo,
 };
 use crate::math::{larger, smaller};
 use embedded_hal_02::Qei;
@@ -108,6 +108,14 @@ where
         self.left_drive.configure(&config.servo[0]);
         self.right_drive.configure(&config.servo[1]);
         self.gains = Gains::new(config.observer_bandwidth, self.gains_dt);
+    }
+
+    fn set_gains(&mut self, gains: [f32; GAINS]) {
+        self.config.geometry = self.config.geometry.with_gains(gains);
+    }
+
+    fn influence(&self) -> Influence {
+        self.config.geometry.influence()
     }
 
     fn resolution(&self) -> Twist {

@@ -5,11 +5,13 @@
 
 pub mod differential;
 mod encoder;
+pub mod gains;
 mod observer;
 pub mod servo;
 
 pub use differential::DifferentialDrive;
 pub use encoder::{Counter, Encoder};
+pub use gains::{Calibration, GAINS, Influence, Spread};
 pub use observer::{Gains, Observer};
 pub use servo::{NoPin, Servo};
 
@@ -79,6 +81,12 @@ pub trait VirtualVehicle {
 
     /// What one encoder count amounts to: the half-width of the play through which total variations are taken (theory section 3).
     fn resolution(&self) -> Twist;
+
+    /// Takes other gains over, while it moves or not.
+    fn set_gains(&mut self, gains: [f32; GAINS]);
+
+    /// What a change of the gains would do to its motions.
+    fn influence(&self) -> Influence;
 
     /// Reads the encoders. `dt` is the time since the last call in seconds; zero is allowed.
     fn sense(&mut self, dt: f32) -> Motion;

@@ -4,10 +4,10 @@ use super::debug_info::DebugInfo;
 use super::live_watch::{self, Found, View};
 use crate::trace::Row;
 use anyhow::{Context, Result, bail};
-use vehicle_controller::controller::State;
+use vehicle_controller::controller::{Belief, State};
 use vehicle_controller::controller::estimator::{Compound, Estimate, Estimator, Noise, Pose};
 use vehicle_controller::supervisor::Fault;
-use vehicle_controller::vehicle::Twist;
+use vehicle_controller::vehicle::{Calibration, Influence, Twist};
 
 /// The type of the static in which idle keeps its copy of the controller's snapshot; others are on their way through a queue or a mailbox.
 const DESK: &str = "vehicle_controller::controller::interface::Interface";
@@ -147,12 +147,33 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
             number("since.aside")?,
             number("since.turned")?,
         ],
+        float("since.travelled")?,
         twist("since.variation")?,
     );
+    let mut belief = Belief::from(estimate);
+    for (index, element) in belief.leverage.iter_mut().enumerate() {
+        let column = view.member("reckoning.leverage.__0")?.element(index as u64 / 3)?;
+        *element = column.element(index as u64 % 3)?.real()?;
+    }
+    let floats = |path: &str, count: u64| -> Result<Vec<f32>> {
+        let array = view.member(path)?;
+        (0..count).map(|index| array.element(index)?.float()).collect()
+    };
+    let mut calibration = Calibration::default();
+    calibration.gains.copy_from_slice(&floats("calibration.gains", 3)?);
+    calibration.spread.root.copy_from_slice(&floats("calibration.spread.root", 6)?);
+    let mut influence = Influence::default();
+    let by_gain = view.member("influence.by_gain")?;
+    for (gain, row) in (0..).zip(&mut influence.by_gain) {
+        let elements = by_gain.element(gain)?;
+        for (index, element) in (0..).zip(row) {
+            *element = elements.element(index)?.float()?;
+        }
+    }
     let noise = Noise {
         translation: float("noise.translation")?,
         drift: float("noise.drift")?,
         rotation: float("noise.rotation")?,
     };
-    Ok(Estimator::resume(estimate, since, noise))
+    Ok(Estimator::resume(&belief, since, noise, calibration, influence))
 }

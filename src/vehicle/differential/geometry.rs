@@ -1,12 +1,15 @@
 //! From two wheels to the virtual vehicle and back.
 
-use super::super::Twist;
+use super::super::{GAINS, Influence, Twist};
 use crate::math::Split;
 
 /// The geometry: wheel base and what one count is worth. All that the tick needs of it is worked out here, once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Geometry {
+    /// w, K_left and K_right as they are said to be.
+    nominal: [f64; 3],
+    gains: [f32; GAINS],
     wheel_base: f64,
     left: f64,
     right: f64,
@@ -20,11 +23,16 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// A geometry of wheel base w (distance of the wheels' contacts, m) and K_left, K_right (m per count), all above 0.
+    /// A geometry of nominal wheel base w (distance of the wheels' contacts, m) and K_left, K_right (m per count), and the gains k_r, k_l, k_b, all above 0.
     #[must_use]
-    pub fn new(wheel_base: f64, left: f64, right: f64) -> Self {
+    pub fn new(wheel_base: f64, left: f64, right: f64, gains: [f32; GAINS]) -> Self {
+        let nominal = [wheel_base, left, right];
+        let [by_right, by_left, by_base] = gains.map(f64::from);
+        let (wheel_base, left, right) = (wheel_base * by_base, left * by_left, right * by_right);
         let coarser = if left > right { left } else { right };
         Self {
+            nominal,
+            gains,
             wheel_base,
             left,
             right,
@@ -40,6 +48,35 @@ impl Geometry {
             rotation: [
                 Split::new(left / wheel_base),
                 Split::new(right / wheel_base),
+            ],
+        }
+    }
+
+    /// The same with other gains.
+    #[must_use]
+    pub fn with_gains(&self, gains: [f32; GAINS]) -> Self {
+        let [wheel_base, left, right] = self.nominal;
+        Self::new(wheel_base, left, right, gains)
+    }
+
+    /// With S_r = ΔS + Δα w/2 and S_l = ΔS − Δα w/2 (theory section 6):
+    ///
+    /// ```text
+    ///     ∂ΔS/∂k_r = S_r/(2 k_r)     ∂ΔS/∂k_l = S_l/(2 k_l)      ∂ΔS/∂k_b = 0
+    ///     ∂Δα/∂k_r = S_r/(k_r w)     ∂Δα/∂k_l = −S_l/(k_l w)     ∂Δα/∂k_b = −Δα/k_b
+    /// ```
+    #[must_use]
+    pub fn influence(&self) -> Influence {
+        let [right, left, base] = self.gains;
+        let wheel = |gain: f32, half_base: f32| {
+            let half = 0.5 / gain;
+            [half, half * half_base, half / half_base, half]
+        };
+        Influence {
+            by_gain: [
+                wheel(right, self.half_base),
+                wheel(left, -self.half_base),
+                [0.0, 0.0, 0.0, -1.0 / base],
             ],
         }
     }
