@@ -269,7 +269,7 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
             while let Some(word) = words.next()? {
                 fields.add(word)?;
             }
-            if period > 0.0 && period < MIN_PERIOD {
+            if period != 0.0 && period < MIN_PERIOD {
                 return Err(Error::Range {
                     name: "period",
                     min: MIN_PERIOD as f32,

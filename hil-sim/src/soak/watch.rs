@@ -245,7 +245,10 @@ impl Watch {
             return None;
         }
         let released = now.reference == 0.0 && !sight.is_driven();
-        if released || (!grows && self.waits(axis, then, now, step)) {
+        // An encoder that jumps takes the axis along at once, whatever its speed is said to be.
+        let [x, y, theta] = [0, 1, 2].map(|i| sight.pose[i] - before.pose[i]);
+        let rolled = [x.hypot(y), theta.abs()][axis];
+        if released || (!grows && self.waits(axis, [then, now], step, rolled)) {
             return None;
         }
         Some(format!(
@@ -255,11 +258,11 @@ impl Watch {
     }
 
     /// The reference waits for a vehicle that is as far behind as it may be: it goes on from the vehicle's speed, or stands.
-    fn waits(&self, axis: usize, then: &AxisSight, now: &AxisSight, step: f64) -> bool {
+    fn waits(&self, axis: usize, [then, now]: [&AxisSight; 2], step: f64, rolled: f64) -> bool {
         // An axis that has stopped forgets its error at once.
         let error = then.error.abs().max(now.error.abs());
         let speeds = 2.0 * (then.reference.abs() + step) + then.speed.abs() + now.speed.abs();
-        let reached = error + speeds * PERIOD + self.counts[axis];
+        let reached = error + rolled.max(speeds * PERIOD) + self.counts[axis];
         let is_behind = reached >= self.lag[axis];
         let is_its_speed = (now.reference.abs() - now.speed.abs()).abs() <= step;
         is_behind && (is_its_speed || now.reference == 0.0)
