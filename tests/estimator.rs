@@ -4,8 +4,9 @@ mod counts;
 
 use counts::{BASE, COUNT, Odometry, geometry, noise, quantised, smallest_eigenvalue};
 use nalgebra::{Matrix3, Rotation2, Vector3};
-use vehicle_controller::controller::correction::observe;
+use vehicle_controller::controller::correction::{Terms, observe_pose};
 use vehicle_controller::controller::{Estimate, Noise};
+use vehicle_controller::vehicle::Spread;
 
 /// The two encoders' edges lie apart, so that ΔS and Δα flicker: with equal ones Δα would be exactly zero.
 const PHASES: [f64; 2] = [0.05, 0.55];
@@ -258,10 +259,14 @@ fn a_fix_is_accepted_wherever_a_long_straight_run_has_led() {
     let mut refused = Vec::new();
     for heading in [0.0, 0.7312, 1.9, -2.2, 2.94] {
         ten_kilometres(heading, |distance, odometry| {
-            let estimate = odometry.estimator.present();
+            let belief = odometry.estimator.belief();
             let r = Matrix3::from_diagonal(&Vector3::new(1e-4, 1e-4, 1e-4));
             let innovation = Vector3::new(0.01, 0.01, 0.01);
-            let fixed = observe(&estimate, innovation, &r, &Matrix3::identity(), 0.0);
+            let terms = Terms {
+                gate: 0.0,
+                learns: false,
+            };
+            let fixed = observe_pose(&belief, &Spread::NONE, innovation, &r, terms);
             if fixed.is_err() {
                 refused.push((heading, distance));
             }

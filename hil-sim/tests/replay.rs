@@ -175,13 +175,12 @@ fn a_straight_log_ends_on_the_axis_with_the_closed_forms_covariance() {
     // Half a count of rounding.
     assert!((last["x"] - 2.0).abs() < COUNT, "{last:?}");
     assert_eq!([last["y"], last["theta"]], [0.0, 0.0]);
-    // κ L and κ L³/3 with the default κ of (0.3°)²/m; the play takes a count of it.
-    let kappa = 0.3_f64.to_radians().powi(2);
-    assert!((last["ctt"] / (kappa * 2.0) - 1.0).abs() < 1e-3, "{last:?}");
-    assert!(
-        (last["cyy"] / (kappa * 8.0 / 3.0) - 1.0).abs() < 1e-3,
-        "{last:?}"
-    );
+    // κ L + K L² and κ L³/3 + K L⁴/4 with the default κ of (0.3°)²/m and K of (1°)²/m²; the play takes a count of it.
+    let (kappa, k) = (0.3_f64.to_radians().powi(2), 1_f64.to_radians().powi(2));
+    let ctt = kappa * 2.0 + k * 4.0;
+    assert!((last["ctt"] / ctt - 1.0).abs() < 1e-3, "{last:?}");
+    let cyy = kappa * 8.0 / 3.0 + k * 16.0 / 4.0;
+    assert!((last["cyy"] / cyy - 1.0).abs() < 1e-3, "{last:?}");
     assert!((last["t"] - 5.0).abs() < 1e-9);
 }
 

@@ -75,8 +75,6 @@ pub struct Update {
     /// The correction of the gains, and how well they are known after it.
     gains: Vector3<f64>,
     spread: Matrix3<f64>,
-    /// C⁻¹, where C is regular: what a correction says of earlier poses goes through it.
-    inverse: Option<Matrix3<f64>>,
 }
 
 /// P := P + K ΔP, C := C − K C (CorrectPos), with C the whole covariance. The gains are considered. `shift` is ΔP in m, m, rad; `gain` is K.
@@ -105,7 +103,6 @@ pub fn with_gain(
         absorbed,
         gains: Vector3::zeros(),
         spread: spread.covariance(),
-        inverse: None,
     }
     .checked()
 }
@@ -203,7 +200,6 @@ pub fn measured_run(
         absorbed: Matrix3::zeros(),
         gains: ph * (longer / s),
         spread: spread - ph * ph.transpose() / s,
-        inverse: None,
     }
     .checked()
 }
@@ -287,12 +283,11 @@ impl Filter {
         let update = Update {
             pose: belief.pose,
             before: belief.own,
-            after: nearest_positive(&self.own, &belief.own)?,
+            after: positive_part(&self.own),
             shift: self.shift - belief.leverage * self.gains,
             absorbed: belief.leverage - self.leverage,
             gains: self.gains,
             spread: self.spread,
-            inverse: None,
         };
         Ok((update.checked()?, self.distance as f32))
     }
@@ -344,7 +339,7 @@ fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 }
 
 impl Update {
-    fn checked(mut self) -> Result<Self, CorrectionError> {
+    fn checked(self) -> Result<Self, CorrectionError> {
         let shift = self.shift + self.gains;
         if !shift.iter().all(|e| e.is_finite())
             || !is_finite(&self.after)
@@ -353,7 +348,6 @@ impl Update {
         {
             return Err(CorrectionError::NotFinite);
         }
-        self.inverse = invert(&self.before);
         Ok(self)
     }
 
@@ -375,15 +369,18 @@ impl Update {
         self.moved(belief, &transport(dx, dy), own)
     }
 
-    /// Carries the update to an earlier state: the smoother's gain is C_τ Φᵀ C⁻¹. Where C is singular, what the past knows of its own is left as it was.
+    /// Carries the update to an earlier state: the smoother's gain is C_τ Φᵀ (Φ C_τ Φᵀ + Q)⁻¹. Where that is singular, what the past knows of its own is left
+    /// as it was. (The last factor should be C⁻¹; but what the ring knows of its past is not quite what it would be had it known all in time, and a C
+    /// smaller than what C_τ has become of would make the gain a multiple of what it can be.)
     #[must_use]
     pub fn carried_to_earlier(&self, belief: &Belief) -> Belief {
-        // Φ from there to here is the inverse of Φ from here to there.
-        let phi = transport(self.pose.x - belief.pose.x, self.pose.y - belief.pose.y);
+        let (dx, dy) = (self.pose.x - belief.pose.x, self.pose.y - belief.pose.y);
         let c = belief.own;
-        let gain = self
-            .inverse
-            .map_or_else(Matrix3::zeros, |inverse| c * phi.transpose() * inverse);
+        let arrived = transported(&c, dx, dy);
+        let noise = positive_part(&(self.before - arrived));
+        let gain = invert(&(arrived + noise)).map_or_else(Matrix3::zeros, |inverse| {
+            c * transport(dx, dy).transpose() * inverse
+        });
         let c = c + gain * (self.after - self.before) * gain.transpose();
         self.moved(belief, &gain, positive_part(&((c + c.transpose()) * 0.5)))
     }

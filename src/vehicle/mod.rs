@@ -82,11 +82,15 @@ pub trait VirtualVehicle {
     /// What one encoder count amounts to: the half-width of the play through which total variations are taken (theory section 3).
     fn resolution(&self) -> Twist;
 
-    /// Takes other gains over, while it moves or not.
-    fn set_gains(&mut self, gains: [f32; GAINS]);
+    /// Takes other gains over, while it moves or not. A vehicle whose gains are known has none.
+    fn set_gains(&mut self, gains: [f32; GAINS]) {
+        let _ = gains;
+    }
 
     /// What a change of the gains would do to its motions.
-    fn influence(&self) -> Influence;
+    fn influence(&self) -> Influence {
+        Influence::default()
+    }
 
     /// Reads the encoders. `dt` is the time since the last call in seconds; zero is allowed.
     fn sense(&mut self, dt: f32) -> Motion;

@@ -90,7 +90,7 @@ pub type Counts = [Rc<Cell<i64>>; 2];
 
 /// The geometry of the default robot.
 pub fn geometry() -> Geometry {
-    Geometry::new(BASE, COUNT, COUNT)
+    Geometry::new(BASE, COUNT, COUNT, [1.0; 3])
 }
 
 /// The default parameters with another geometry.

@@ -4,8 +4,8 @@ use super::debug_info::DebugInfo;
 use super::live_watch::{self, Found, View};
 use crate::trace::Row;
 use anyhow::{Context, Result, bail};
-use vehicle_controller::controller::{Belief, State};
 use vehicle_controller::controller::estimator::{Compound, Estimate, Estimator, Noise, Pose};
+use vehicle_controller::controller::{Belief, State};
 use vehicle_controller::supervisor::Fault;
 use vehicle_controller::vehicle::{Calibration, Influence, Twist};
 
@@ -152,16 +152,25 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
     );
     let mut belief = Belief::from(estimate);
     for (index, element) in belief.leverage.iter_mut().enumerate() {
-        let column = view.member("reckoning.leverage.__0")?.element(index as u64 / 3)?;
+        let column = view
+            .member("reckoning.leverage.__0")?
+            .element(index as u64 / 3)?;
         *element = column.element(index as u64 % 3)?.real()?;
     }
     let floats = |path: &str, count: u64| -> Result<Vec<f32>> {
         let array = view.member(path)?;
-        (0..count).map(|index| array.element(index)?.float()).collect()
+        (0..count)
+            .map(|index| array.element(index)?.float())
+            .collect()
     };
     let mut calibration = Calibration::default();
-    calibration.gains.copy_from_slice(&floats("calibration.gains", 3)?);
-    calibration.spread.root.copy_from_slice(&floats("calibration.spread.root", 6)?);
+    calibration
+        .gains
+        .copy_from_slice(&floats("calibration.gains", 3)?);
+    calibration
+        .spread
+        .root
+        .copy_from_slice(&floats("calibration.spread.root", 6)?);
     let mut influence = Influence::default();
     let by_gain = view.member("influence.by_gain")?;
     for (gain, row) in (0..).zip(&mut influence.by_gain) {
@@ -175,5 +184,11 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
         drift: float("noise.drift")?,
         rotation: float("noise.rotation")?,
     };
-    Ok(Estimator::resume(&belief, since, noise, calibration, influence))
+    Ok(Estimator::resume(
+        &belief,
+        since,
+        noise,
+        calibration,
+        influence,
+    ))
 }
