@@ -21,7 +21,8 @@
 use super::belief::Belief;
 use super::estimator::{Pose, transport};
 use crate::math::{
-    NotPositive, is_finite, nearest_positive, positive_part, symmetric, transported, wrap,
+    NotPositive, add_outer, along, applied, inner, is_finite, nearest_positive, positive_part,
+    product, product_transposed, sum, symmetric, symmetric_part, transported, wrap,
     written_covariance,
 };
 use crate::vehicle::{Calibration, GAINS, Spread};
@@ -87,19 +88,20 @@ pub fn with_gain(
     shift: Vector3<f64>,
     gain: &Matrix3<f64>,
 ) -> Result<Update, CorrectionError> {
-    let c = belief.own + belief.shared(spread);
-    let after = symmetric(&(c - gain * c), &c).map_err(|_| CorrectionError::NotPositive)?;
+    let c = sum(&belief.own, 1.0, &belief.shared(spread));
+    let after = symmetric(&sum(&c, -1.0, &product(gain, &c)), &c)
+        .map_err(|_| CorrectionError::NotPositive)?;
     let after = nearest_positive(&after, &c)?;
-    let absorbed = gain * belief.leverage;
+    let absorbed = product(gain, &belief.leverage);
     let left = Belief {
-        leverage: belief.leverage - absorbed,
+        leverage: sum(&belief.leverage, -1.0, &absorbed),
         ..*belief
     };
     Update {
         pose: belief.pose,
         before: belief.own,
-        after: positive_part(&(after - left.shared(spread))),
-        shift: gain * shift,
+        after: positive_part(&sum(&after, -1.0, &left.shared(spread))),
+        shift: applied(gain, &shift),
         absorbed,
         gains: Vector3::zeros(),
         spread: spread.covariance(),
@@ -129,7 +131,7 @@ pub fn observe_pose(
     terms: Terms,
 ) -> Result<(Update, f32), CorrectionError> {
     let r = written_covariance(r)?;
-    let all = belief.own + belief.shared(spread) + r;
+    let all = sum(&sum(&belief.own, 1.0, &belief.shared(spread)), 1.0, &r).diagonal();
     let mut filter = Filter::new(belief, spread, terms.learns);
     // R = L D Lᵀ: L⁻¹ z has the covariance D.
     let (l, d) = ldl(&r);
@@ -143,7 +145,7 @@ pub fn observe_pose(
     }
     for i in 0..3 {
         let h = rows.row(i).transpose();
-        filter.take(&h, d[i], z[i], all[(i, i)])?;
+        filter.take(&h, d[i], z[i], all[i])?;
     }
     filter.finish(belief, terms)
 }
@@ -185,13 +187,14 @@ pub fn measured_run(
 ) -> Result<Update, CorrectionError> {
     let h = Vector3::from(effects.map(f64::from));
     let mut spread = calibration.spread.covariance();
-    if h.dot(&(spread * h)) < TAPE * TAPE {
+    if inner(&h, &applied(&spread, &h)) < TAPE * TAPE {
         // Both wheels alike.
         let common = h.map(|e| if e > 0.0 { UNKNOWN } else { 0.0 });
-        spread += common * common.transpose();
+        add_outer(&mut spread, 1.0, &common, &common);
     }
-    let ph = spread * h;
-    let s = TAPE * TAPE + h.dot(&ph);
+    let ph = applied(&spread, &h);
+    let s = TAPE * TAPE + inner(&h, &ph);
+    add_outer(&mut spread, -1.0 / s, &ph, &ph);
     Update {
         pose: belief.pose,
         before: belief.own,
@@ -199,7 +202,7 @@ pub fn measured_run(
         shift: Vector3::zeros(),
         absorbed: Matrix3::zeros(),
         gains: ph * (longer / s),
-        spread: spread - ph * ph.transpose() / s,
+        spread,
     }
     .checked()
 }
@@ -240,36 +243,39 @@ impl Filter {
         innovation: f64,
         scale: f64,
     ) -> Result<(), CorrectionError> {
-        let ch = self.own * h;
-        let lever = self.leverage.tr_mul(h);
-        let pl = self.spread * lever;
-        let own = variance + h.dot(&ch);
-        let s = own + lever.dot(&pl);
+        let ch = applied(&self.own, h);
+        let lever = applied(&self.leverage.transpose(), h);
+        let pl = applied(&self.spread, &lever);
+        let own = variance + inner(h, &ch);
+        let s = own + inner(&lever, &pl);
         // A variance of nothing means that both the estimate and the observation claim to be exact. Written so that a NaN is refused, too.
         if !(s > NOTHING * scale) {
             return Err(CorrectionError::NotPositive);
         }
-        let left = innovation - h.dot(&self.shift);
+        let left = innovation - inner(h, &self.shift);
         self.distance += left * left / s;
         let (k, left) = if self.learns {
-            let gain = pl / s;
-            let change = gain * left;
-            self.spread -= gain * pl.transpose();
-            self.gains += change;
-            self.shift += self.leverage * change;
-            let k = if own > NOTHING * scale {
-                ch / own
+            let change = pl * (left / s);
+            add_outer(&mut self.spread, -1.0 / s, &pl, &pl);
+            self.gains = along(&self.gains, 1.0, &change);
+            self.shift = along(&self.shift, 1.0, &applied(&self.leverage, &change));
+            // What is known exactly is not corrected.
+            let inverse = if own > NOTHING * scale {
+                1.0 / own
             } else {
-                Vector3::zeros()
+                0.0
             };
-            (k, left - lever.dot(&change))
+            (ch * inverse, left - inner(&lever, &change))
         } else {
-            ((ch + self.leverage * pl) / s, left)
+            let both = along(&ch, 1.0, &applied(&self.leverage, &pl));
+            (both * (1.0 / s), left)
         };
-        self.shift += k * left;
-        self.leverage -= k * lever.transpose();
-        let taken = k * ch.transpose();
-        self.own += k * k.transpose() * own - taken - taken.transpose();
+        self.shift = along(&self.shift, left, &k);
+        add_outer(&mut self.leverage, -1.0, &k, &lever);
+        // (I − k hᵀ) C (I − k hᵀ)ᵀ + r k kᵀ
+        add_outer(&mut self.own, -1.0, &k, &ch);
+        add_outer(&mut self.own, -1.0, &ch, &k);
+        add_outer(&mut self.own, own, &k, &k);
         Ok(())
     }
 
@@ -284,8 +290,8 @@ impl Filter {
             pose: belief.pose,
             before: belief.own,
             after: positive_part(&self.own),
-            shift: self.shift - belief.leverage * self.gains,
-            absorbed: belief.leverage - self.leverage,
+            shift: along(&self.shift, -1.0, &applied(&belief.leverage, &self.gains)),
+            absorbed: sum(&belief.leverage, -1.0, &self.leverage),
             gains: self.gains,
             spread: self.spread,
         };
@@ -307,6 +313,7 @@ fn ldl(m: &Matrix3<f64>) -> (Matrix3<f64>, Vector3<f64>) {
 }
 
 /// Inverse of a covariance, if it is regular in correlation scale.
+#[inline(never)]
 fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let d = m
         .diagonal()
@@ -360,43 +367,57 @@ impl Update {
     /// Carries the update to a later state of the same journey (or to the same one).
     ///
     /// With Φ the product of F since: P̂ := P̂ + Φ K ν + Γ δg, C := Φ C⁺ Φᵀ + Q, where Q = C − Φ C⁻ Φᵀ is the noise since, Γ := Γ − Φ K H Γ⁻.
-    #[must_use]
-    pub fn carried_to_later(&self, belief: &Belief) -> Belief {
+    pub fn carry_to_later(&self, belief: &mut Belief) {
         let dx = belief.pose.x - self.pose.x;
         let dy = belief.pose.y - self.pose.y;
-        let noise = belief.own - transported(&self.before, dx, dy);
-        let own = transported(&self.after, dx, dy) + positive_part(&noise);
-        self.moved(belief, &transport(dx, dy), own)
+        self.move_along(belief, &transport(dx, dy));
+        self.spread_later(&mut belief.own, dx, dy);
+    }
+
+    #[inline(never)]
+    fn spread_later(&self, own: &mut Matrix3<f64>, dx: f64, dy: f64) {
+        let noise = positive_part(&sum(own, -1.0, &transported(&self.before, dx, dy)));
+        *own = sum(&transported(&self.after, dx, dy), 1.0, &noise);
     }
 
     /// Carries the update to an earlier state: the smoother's gain is C_τ Φᵀ (Φ C_τ Φᵀ + Q)⁻¹. Where that is singular, what the past knows of its own is left
     /// as it was. (The last factor should be C⁻¹; but what the ring knows of its past is not quite what it would be had it known all in time, and a C
     /// smaller than what C_τ has become of would make the gain a multiple of what it can be.)
-    #[must_use]
-    pub fn carried_to_earlier(&self, belief: &Belief) -> Belief {
-        let (dx, dy) = (self.pose.x - belief.pose.x, self.pose.y - belief.pose.y);
-        let c = belief.own;
-        let arrived = transported(&c, dx, dy);
-        let noise = positive_part(&(self.before - arrived));
-        let gain = invert(&(arrived + noise)).map_or_else(Matrix3::zeros, |inverse| {
-            c * transport(dx, dy).transpose() * inverse
-        });
-        let c = c + gain * (self.after - self.before) * gain.transpose();
-        self.moved(belief, &gain, positive_part(&((c + c.transpose()) * 0.5)))
+    pub fn carry_to_earlier(&self, belief: &mut Belief) {
+        // Φ from there to here is the inverse of Φ from here to there.
+        let dx = self.pose.x - belief.pose.x;
+        let dy = self.pose.y - belief.pose.y;
+        let gain = self.smoother(&belief.own, dx, dy);
+        self.move_along(belief, &gain);
+        self.spread_earlier(&mut belief.own, &gain);
+    }
+
+    #[inline(never)]
+    fn smoother(&self, own: &Matrix3<f64>, dx: f64, dy: f64) -> Matrix3<f64> {
+        let arrived = transported(own, dx, dy);
+        let noise = positive_part(&sum(&self.before, -1.0, &arrived));
+        match invert(&sum(&arrived, 1.0, &noise)) {
+            Some(inverse) => product(&product_transposed(own, &transport(dx, dy)), &inverse),
+            None => Matrix3::zeros(),
+        }
+    }
+
+    #[inline(never)]
+    fn spread_earlier(&self, own: &mut Matrix3<f64>, gain: &Matrix3<f64>) {
+        let change = product(gain, &sum(&self.after, -1.0, &self.before));
+        let own_after = sum(own, 1.0, &product_transposed(&change, gain));
+        *own = positive_part(&symmetric_part(&own_after));
     }
 
     /// `gain` is by how much another pose goes along with the one that was corrected.
-    fn moved(&self, belief: &Belief, gain: &Matrix3<f64>, own: Matrix3<f64>) -> Belief {
-        let shift = gain * self.shift + belief.leverage * self.gains;
-        Belief {
-            pose: Pose {
-                x: belief.pose.x + shift.x,
-                y: belief.pose.y + shift.y,
-                theta: belief.pose.theta + shift.z,
-            },
-            own,
-            leverage: belief.leverage - gain * self.absorbed,
-        }
+    #[inline(never)]
+    fn move_along(&self, belief: &mut Belief, gain: &Matrix3<f64>) {
+        let through_gains = applied(&belief.leverage, &self.gains);
+        let shift = along(&applied(gain, &self.shift), 1.0, &through_gains);
+        belief.pose.x += shift.x;
+        belief.pose.y += shift.y;
+        belief.pose.theta += shift.z;
+        belief.leverage = sum(&belief.leverage, -1.0, &product(gain, &self.absorbed));
     }
 }
 

@@ -4,7 +4,7 @@ use super::correction::{self, CorrectionError, Terms, Update};
 use super::history::{History, MAX_AGE, Past};
 use super::{Action, AxisCommand, Belief, Config, Estimate, Pose, Request, Snapshot};
 use crate::supervisor::Fault;
-use crate::time::{self, Duration};
+use crate::time::{self, Duration, Instant};
 use crate::vehicle::Calibration;
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
@@ -300,14 +300,14 @@ impl<C> Interface<C> {
     /// # Errors
     /// [`Refusal::Correction`] if the covariance would not stay symmetric positive semi-definite; [`Refusal::Busy`] unless
     /// [`takes_corrections`](Self::takes_corrections).
+    #[inline(never)]
     pub fn correct_pos(&mut self, shift: Vector3<f64>, gain: &Matrix3<f64>) -> Result<(), Refusal> {
-        let present = self.present();
         let then = self
             .answered
-            .filter(|past| time::since(present.time, past.time) <= MAX_AGE)
-            .unwrap_or(present);
+            .filter(|past| time::since(self.snapshot.time, past.time) <= MAX_AGE)
+            .unwrap_or_else(|| self.present());
         let update = correction::with_gain(&then.belief, &self.calibration.spread, shift, gain)?;
-        self.correct(&update, then, present, self.learns)
+        self.correct(&update, then.time, self.learns)
     }
 
     /// Corrects by an observation that is `age` seconds old (0 to 1.5). Returns the squared Mahalanobis distance of its innovation.
@@ -328,17 +328,20 @@ impl<C> Interface<C> {
         if !self.takes_corrections() {
             return Err(Refusal::Busy);
         }
-        let present = self.present();
-        let age = Duration::from_ticks((age * 1e6) as u64);
-        let then = if age.ticks() == 0 {
-            present
-        } else {
-            self.history
-                .at(time::before(present.time, age), present)
-                .ok_or(Refusal::TooOld(time::seconds(
-                    self.history.reach(present.time),
-                )))?
-        };
+        let (update, time, distance) = self.observed(observation, age, gate)?;
+        self.correct(&update, time, self.learns)?;
+        Ok(distance)
+    }
+
+    /// The update that an observation makes, to what was known when, and its distance.
+    #[inline(never)]
+    fn observed(
+        &self,
+        observation: &Observation,
+        age: f32,
+        gate: f32,
+    ) -> Result<(Update, Instant, f32), Refusal> {
+        let then = self.then(Duration::from_ticks((age * 1e6) as u64))?;
         let terms = Terms {
             gate: f64::from(gate),
             learns: self.learns,
@@ -367,8 +370,18 @@ impl<C> Interface<C> {
                 )?
             }
         };
-        self.correct(&update, then, present, self.learns)?;
-        Ok(distance)
+        Ok((update, then.time, distance))
+    }
+
+    #[inline(never)]
+    fn then(&self, age: Duration) -> Result<Past, Refusal> {
+        let present = self.present();
+        if age.ticks() == 0 {
+            return Ok(present);
+        }
+        self.history
+            .at(time::before(present.time, age), &present)
+            .ok_or_else(|| Refusal::TooOld(time::seconds(self.history.reach(present.time))))
     }
 
     /// Takes the last move for one of `length` m, measured from outside, along a straight line: that tells what the gains of the wheels have in common,
@@ -384,15 +397,11 @@ impl<C> Interface<C> {
         if !(travelled > 0.1) {
             return Err(Refusal::Distance);
         }
-        let present = self.present();
         let effects = self.snapshot.estimator.effects(travelled as f32);
-        let update = correction::measured_run(
-            &present.belief,
-            &self.calibration,
-            &effects,
-            length - travelled,
-        )?;
-        self.correct(&update, present, present, true)
+        let longer = length - travelled;
+        let update =
+            correction::measured_run(&self.present().belief, &self.calibration, &effects, longer)?;
+        self.correct(&update, self.snapshot.time, true)
     }
 
     /// `ResetPos`: sets pose and covariance, and forgets the past.
@@ -445,17 +454,13 @@ impl<C> Interface<C> {
         }
     }
 
-    fn correct(
-        &mut self,
-        update: &Update,
-        then: Past,
-        present: Past,
-        learns: bool,
-    ) -> Result<(), Refusal> {
+    #[inline(never)]
+    fn correct(&mut self, update: &Update, at: Instant, learns: bool) -> Result<(), Refusal> {
         if !self.takes_corrections() {
             return Err(Refusal::Busy);
         }
-        let after = update.carried_to_later(&present.belief);
+        let mut after = self.snapshot.estimator.belief();
+        update.carry_to_later(&mut after);
         let mut calibration = self.calibration;
         if learns {
             let (change, spread) = update.gains();
@@ -473,9 +478,9 @@ impl<C> Interface<C> {
         let correction = self.snapshot.estimator.correction(&after, calibration);
         self.send(Action::Correct(correction))?;
         self.calibration = calibration;
-        self.history.correct(update, then.time);
+        self.history.correct(update, at);
         if let Some(answered) = &mut self.answered {
-            answered.correct(update, then.time);
+            answered.correct(update, at);
         }
         Ok(())
     }

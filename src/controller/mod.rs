@@ -113,7 +113,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// Takes the vehicle over. `fault` is one that the start-up found, such as a watchdog reset.
     pub fn new(vehicle: V, config: Config<V::Config>, fault: Option<Fault>) -> Self {
         let mut estimator = Estimator::new(config.noise);
-        estimator.calibrate(config.calibration, vehicle.influence());
+        estimator.configure(config.noise, config.calibration, vehicle.influence());
         Self {
             vehicle,
             config,
@@ -311,14 +311,14 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             }
             Action::Correct(correction) => self.correct(&correction),
             Action::Configure(config) => {
-                self.estimator.set_noise(config.noise);
                 if config.period != self.config.period {
                     self.clock = Clock::new(config.period);
                 }
                 self.period = time::seconds(config.period);
                 self.vehicle.configure(&config.vehicle);
+                let influence = self.vehicle.influence();
                 self.estimator
-                    .calibrate(config.calibration, self.vehicle.influence());
+                    .configure(config.noise, config.calibration, influence);
                 self.config = config;
             }
         }

@@ -10,6 +10,7 @@ use crate::controller::AxisCommand;
 use crate::params::{DEGREES, Id, Kind, Params};
 
 impl Interpreter {
+    #[inline(never)]
     pub(super) fn execute(
         &mut self,
         desk: &mut Desk,
