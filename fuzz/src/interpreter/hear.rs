@@ -94,6 +94,8 @@ impl Session<'_> {
                 doubts.may.add_if(stopped, Codes::FAULT);
             } else if doubts.must.is_empty() {
                 doubts.must.add_if(stopped, Codes::FAULT);
+                // Or it was refused before, as what no parameter could allow.
+                doubts.may.add_if(stopped && ask.is_huge(), Codes::RANGE);
             }
         }
         let missing = !line.has_check && !stops(&line);
