@@ -94,9 +94,9 @@ impl Session<'_> {
                 doubts.may.add_if(stopped, Codes::FAULT);
             } else if doubts.must.is_empty() {
                 doubts.must.add_if(stopped, Codes::FAULT);
-                // Or it was refused before, as what no parameter could allow.
-                doubts.may.add_if(stopped && ask.is_huge(), Codes::RANGE);
             }
+            // Or as what no parameter could allow.
+            doubts.may.add_if(stopped && ask.is_huge(), Codes::RANGE);
         }
         let missing = !line.has_check && !stops(&line);
         let damaged = matches!(line.body, Err(Damage::TooLong | Damage::BadByte));
