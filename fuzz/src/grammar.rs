@@ -130,6 +130,12 @@ pub enum Ask {
 }
 
 impl Ask {
+    /// True if it has numbers beyond any parameter's range.
+    pub fn is_huge(self) -> bool {
+        let is = |x: &Option<f64>| x.is_some_and(|x| x.abs() > 1e8);
+        matches!(self, Self::Motion(_, [_, v, a]) if is(&v) || is(&a))
+    }
+
     /// True if it may move the base, or let it.
     pub fn may_move(self) -> bool {
         matches!(
