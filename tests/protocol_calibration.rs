@@ -35,7 +35,11 @@ fn what_calibrate_does_not_understand_is_refused() {
     ] {
         rig.refused(line, "syntax");
     }
-    for line in ["Calibrate straight 0", "Calibrate straight -1", "Calibrate straight 1001"] {
+    for line in [
+        "Calibrate straight 0",
+        "Calibrate straight -1",
+        "Calibrate straight 1001",
+    ] {
         rig.refused(line, "range");
     }
     // It has not moved yet.
@@ -59,7 +63,10 @@ fn a_run_that_would_make_a_gain_absurd_is_refused() {
     rig.ok("m 1 0.5");
     rig.run(5.0);
     rig.refused("Calibrate straight 2", "range");
-    assert!(rig.ask("GetGains").starts_with("Gains 1.000000 1.000000 1.000000"));
+    assert!(
+        rig.ask("GetGains")
+            .starts_with("Gains 1.000000 1.000000 1.000000")
+    );
 }
 
 #[test]

@@ -117,7 +117,9 @@ pub fn of_snapshot(command: &str, reply: &str, snapshot: &Snapshot) {
             let known = [right, left, base]
                 .iter()
                 .all(|gain| (0.8..=1.25).contains(gain));
-            let fine = deviations.iter().all(|deviation| (0.0..2.0).contains(deviation));
+            let fine = deviations
+                .iter()
+                .all(|deviation| (0.0..2.0).contains(deviation));
             assert!(known && fine, "{reply}");
         }
         "GetStatus" => {

@@ -24,8 +24,13 @@ fn drive_with_fixes(bench: &mut Bench, seconds: u32) {
     let degrees2 = 0.25;
     for second in 0..seconds {
         // Curves to both sides, straight on, and on the spot.
-        let (v, turn) = [(0.4, 20.0), (0.3, 60.0), (0.4, 0.0), (0.3, -60.0), (0.0, 90.0)]
-            [second as usize / 3 % 5];
+        let (v, turn): (f64, f64) = [
+            (0.4, 20.0),
+            (0.3, 60.0),
+            (0.4, 0.0),
+            (0.3, -60.0),
+            (0.0, 90.0),
+        ][second as usize / 3 % 5];
         let sign = if turn < 0.0 { "-" } else { "" };
         bench.send(&format!("m inf {v} 1"));
         bench.run(0.05);
@@ -122,7 +127,10 @@ fn a_measured_run_tells_how_large_the_wheels_are() {
         (end.x - start.x).hypot(end.y - start.y)
     };
     let length = run(&mut bench);
-    assert!((length - 3.0).abs() > 0.015, "{length}: it is not calibrated");
+    assert!(
+        (length - 3.0).abs() > 0.015,
+        "{length}: it is not calibrated"
+    );
     bench.send(&format!("Calibrate straight {length:.4}"));
     bench.wait_for("OK", 1.0);
     bench.run(0.1);

@@ -25,7 +25,7 @@ use crate::math::{
     product, product_transposed, sum, symmetric, symmetric_part, transported, wrap,
     written_covariance,
 };
-use crate::vehicle::{Calibration, GAINS, Spread};
+use crate::vehicle::{GAINS, Spread};
 use nalgebra::{Matrix3, Vector3};
 
 /// Why a correction was refused. Nothing has changed.
@@ -78,35 +78,135 @@ pub struct Update {
     spread: Matrix3<f64>,
 }
 
-/// P := P + K ΔP, C := C − K C (CorrectPos), with C the whole covariance. The gains are considered. `shift` is ΔP in m, m, rad; `gain` is K.
-///
-/// # Errors
-/// [`CorrectionError::NotPositive`] if the result is not symmetric (1e-3) or not positive semi-definite (−1e-5), both in correlation scale.
-pub fn with_gain(
-    belief: &Belief,
-    spread: &Spread,
-    shift: Vector3<f64>,
-    gain: &Matrix3<f64>,
-) -> Result<Update, CorrectionError> {
-    let c = sum(&belief.own, 1.0, &belief.shared(spread));
-    let after = symmetric(&sum(&c, -1.0, &product(gain, &c)), &c)
-        .map_err(|_| CorrectionError::NotPositive)?;
-    let after = nearest_positive(&after, &c)?;
-    let absorbed = product(gain, &belief.leverage);
-    let left = Belief {
-        leverage: sum(&belief.leverage, -1.0, &absorbed),
-        ..*belief
-    };
-    Update {
-        pose: belief.pose,
-        before: belief.own,
-        after: positive_part(&sum(&after, -1.0, &left.shared(spread))),
-        shift: applied(gain, &shift),
-        absorbed,
-        gains: Vector3::zeros(),
-        spread: spread.covariance(),
+impl Update {
+    /// None at all, of this state.
+    #[must_use]
+    pub fn none(belief: &Belief, spread: &Spread) -> Self {
+        Self {
+            pose: belief.pose,
+            before: belief.own,
+            after: belief.own,
+            shift: Vector3::zeros(),
+            absorbed: Matrix3::zeros(),
+            gains: Vector3::zeros(),
+            spread: spread.covariance(),
+        }
     }
-    .checked()
+
+    /// P := P + K ΔP, C := C − K C (CorrectPos), with C the whole covariance. The gains are considered. `shift` is ΔP in m, m, rad; `gain` is K.
+    ///
+    /// # Errors
+    /// [`CorrectionError::NotPositive`] if the result is not symmetric (1e-3) or not positive semi-definite (−1e-5), both in correlation scale.
+    #[inline(never)]
+    pub fn by_gain(
+        &mut self,
+        leverage: &Matrix3<f64>,
+        shift: &Vector3<f64>,
+        gain: &Matrix3<f64>,
+    ) -> Result<(), CorrectionError> {
+        let c = sum(&self.before, 1.0, &self.through(leverage));
+        let after = symmetric(&sum(&c, -1.0, &product(gain, &c)), &c)
+            .map_err(|_| CorrectionError::NotPositive)?;
+        let after = nearest_positive(&after, &c)?;
+        self.absorbed = product(gain, leverage);
+        let left = self.through(&sum(leverage, -1.0, &self.absorbed));
+        self.after = positive_part(&sum(&after, -1.0, &left));
+        self.shift = applied(gain, shift);
+        self.check()
+    }
+
+    /// Γ P Γᵀ.
+    #[inline(never)]
+    fn through(&self, leverage: &Matrix3<f64>) -> Matrix3<f64> {
+        product_transposed(&product(leverage, &self.spread), leverage)
+    }
+
+    /// An observation of the whole pose with innovation ν and covariance R; gives d².
+    ///
+    /// # Errors
+    /// [`CorrectionError::NotPositive`] if R is not symmetric positive semi-definite, or the innovation's covariance is singular;
+    /// [`CorrectionError::Gate`] if d² exceeds the gate.
+    #[inline(never)]
+    pub fn by_pose(
+        &mut self,
+        leverage: &Matrix3<f64>,
+        innovation: &Vector3<f64>,
+        r: &Matrix3<f64>,
+        terms: Terms,
+    ) -> Result<f32, CorrectionError> {
+        let r = written_covariance(r)?;
+        let scale = self.before.diagonal() + self.through(leverage).diagonal() + r.diagonal();
+        // R = L D Lᵀ: L⁻¹ z has the covariance D.
+        let (l, d) = ldl(&r);
+        let (mut rows, mut z) = (Matrix3::<f64>::identity(), *innovation);
+        for i in 1..3 {
+            for j in 0..i {
+                for column in 0..3 {
+                    rows[(i, column)] -= l[(i, j)] * rows[(j, column)];
+                }
+                z[i] -= l[(i, j)] * z[j];
+            }
+        }
+        let mut filter = Filter::new(self, leverage, terms.learns);
+        for i in 0..3 {
+            let h = rows.row(i).transpose();
+            filter.take(&h, d[i], z[i], scale[i])?;
+        }
+        filter.finish(leverage, terms.gate)
+    }
+
+    /// An observation of one number with innovation ν, variance r and row h; gives d².
+    ///
+    /// # Errors
+    /// As for [`by_pose`](Self::by_pose).
+    #[inline(never)]
+    pub fn by_number(
+        &mut self,
+        leverage: &Matrix3<f64>,
+        innovation: f64,
+        variance: f64,
+        row: &Vector3<f64>,
+        terms: Terms,
+    ) -> Result<f32, CorrectionError> {
+        if variance.is_nan() || variance < 0.0 {
+            return Err(CorrectionError::NotPositive);
+        }
+        let mut filter = Filter::new(self, leverage, terms.learns);
+        filter.take(row, variance, innovation, 0.0)?;
+        filter.finish(leverage, terms.gate)
+    }
+
+    /// A straight run that was `longer` (m) than odometry says. `effects` is by how much each gain makes it longer.
+    ///
+    /// # Errors
+    /// [`CorrectionError::NotFinite`].
+    #[inline(never)]
+    pub fn by_run(&mut self, effects: &[f32; GAINS], longer: f64) -> Result<(), CorrectionError> {
+        let h = Vector3::from(effects.map(f64::from));
+        if inner(&h, &applied(&self.spread, &h)) < TAPE * TAPE {
+            // Both wheels alike.
+            let common = h.map(|e| if e > 0.0 { UNKNOWN } else { 0.0 });
+            add_outer(&mut self.spread, 1.0, &common, &common);
+        }
+        let ph = applied(&self.spread, &h);
+        let s = TAPE * TAPE + inner(&h, &ph);
+        add_outer(&mut self.spread, -1.0 / s, &ph, &ph);
+        self.gains = ph * (longer / s);
+        self.check()
+    }
+
+    fn check(&self) -> Result<(), CorrectionError> {
+        let shift = self.shift + self.gains;
+        if shift.iter().all(|e| e.is_finite())
+            && is_finite(&self.after)
+            && is_finite(&self.absorbed)
+            && is_finite(&self.spread)
+        {
+            Ok(())
+        } else {
+            Err(CorrectionError::NotFinite)
+        }
+    }
 }
 
 /// What is observed, and how it is taken.
@@ -118,102 +218,15 @@ pub struct Terms {
     pub learns: bool,
 }
 
-/// An observation of the whole pose with innovation ν and covariance R. Returns the update and d².
-///
-/// # Errors
-/// [`CorrectionError::NotPositive`] if R is not symmetric positive semi-definite, or the innovation's covariance is singular;
-/// [`CorrectionError::Gate`] if d² exceeds the gate.
-pub fn observe_pose(
-    belief: &Belief,
-    spread: &Spread,
-    innovation: Vector3<f64>,
-    r: &Matrix3<f64>,
-    terms: Terms,
-) -> Result<(Update, f32), CorrectionError> {
-    let r = written_covariance(r)?;
-    let all = sum(&sum(&belief.own, 1.0, &belief.shared(spread)), 1.0, &r).diagonal();
-    let mut filter = Filter::new(belief, spread, terms.learns);
-    // R = L D Lᵀ: L⁻¹ z has the covariance D.
-    let (l, d) = ldl(&r);
-    let (mut rows, mut z) = (Matrix3::<f64>::identity(), innovation);
-    for i in 1..3 {
-        for j in 0..i {
-            let row = rows.row(j) * l[(i, j)];
-            rows.row_mut(i).zip_apply(&row, |e, o| *e -= o);
-            z[i] -= l[(i, j)] * z[j];
-        }
-    }
-    for i in 0..3 {
-        let h = rows.row(i).transpose();
-        filter.take(&h, d[i], z[i], all[i])?;
-    }
-    filter.finish(belief, terms)
-}
-
-/// An observation of one number with innovation ν, variance r and row h. Returns the update and d².
-///
-/// # Errors
-/// As for [`observe_pose`].
-pub fn observe_scalar(
-    belief: &Belief,
-    spread: &Spread,
-    innovation: f64,
-    variance: f64,
-    row: &Vector3<f64>,
-    terms: Terms,
-) -> Result<(Update, f32), CorrectionError> {
-    if variance.is_nan() || variance < 0.0 {
-        return Err(CorrectionError::NotPositive);
-    }
-    let mut filter = Filter::new(belief, spread, terms.learns);
-    filter.take(row, variance, innovation, 0.0)?;
-    filter.finish(belief, terms)
-}
-
 /// How well a tape measures, m.
 const TAPE: f64 = 5e-3;
 /// Gains that are said to be known, and are measured all the same, may be off by so much.
 const UNKNOWN: f64 = 0.02;
 
-/// A straight run that was `longer` (m) than odometry says. `effects` is by how much each gain makes it longer.
-///
-/// # Errors
-/// [`CorrectionError::NotFinite`].
-pub fn measured_run(
-    belief: &Belief,
-    calibration: &Calibration,
-    effects: &[f32; GAINS],
-    longer: f64,
-) -> Result<Update, CorrectionError> {
-    let h = Vector3::from(effects.map(f64::from));
-    let mut spread = calibration.spread.covariance();
-    if inner(&h, &applied(&spread, &h)) < TAPE * TAPE {
-        // Both wheels alike.
-        let common = h.map(|e| if e > 0.0 { UNKNOWN } else { 0.0 });
-        add_outer(&mut spread, 1.0, &common, &common);
-    }
-    let ph = applied(&spread, &h);
-    let s = TAPE * TAPE + inner(&h, &ph);
-    add_outer(&mut spread, -1.0 / s, &ph, &ph);
-    Update {
-        pose: belief.pose,
-        before: belief.own,
-        after: belief.own,
-        shift: Vector3::zeros(),
-        absorbed: Matrix3::zeros(),
-        gains: ph * (longer / s),
-        spread,
-    }
-    .checked()
-}
-
-/// What is known while an observation is taken, number by number.
-struct Filter {
-    own: Matrix3<f64>,
+/// An update while an observation is taken, number by number.
+struct Filter<'a> {
+    update: &'a mut Update,
     leverage: Matrix3<f64>,
-    spread: Matrix3<f64>,
-    shift: Vector3<f64>,
-    gains: Vector3<f64>,
     distance: f64,
     learns: bool,
 }
@@ -221,14 +234,11 @@ struct Filter {
 /// Of an innovation's variance, so much may be rounding.
 const NOTHING: f64 = 1e-10;
 
-impl Filter {
-    fn new(belief: &Belief, spread: &Spread, learns: bool) -> Self {
+impl<'a> Filter<'a> {
+    fn new(update: &'a mut Update, leverage: &Matrix3<f64>, learns: bool) -> Self {
         Self {
-            own: belief.own,
-            leverage: belief.leverage,
-            spread: spread.covariance(),
-            shift: Vector3::zeros(),
-            gains: Vector3::zeros(),
+            update,
+            leverage: *leverage,
             distance: 0.0,
             learns,
         }
@@ -243,22 +253,23 @@ impl Filter {
         innovation: f64,
         scale: f64,
     ) -> Result<(), CorrectionError> {
-        let ch = applied(&self.own, h);
+        let update = &mut *self.update;
+        let ch = applied(&update.after, h);
         let lever = applied(&self.leverage.transpose(), h);
-        let pl = applied(&self.spread, &lever);
+        let pl = applied(&update.spread, &lever);
         let own = variance + inner(h, &ch);
         let s = own + inner(&lever, &pl);
         // A variance of nothing means that both the estimate and the observation claim to be exact. Written so that a NaN is refused, too.
         if !(s > NOTHING * scale) {
             return Err(CorrectionError::NotPositive);
         }
-        let left = innovation - inner(h, &self.shift);
+        let left = innovation - inner(h, &update.shift);
         self.distance += left * left / s;
         let (k, left) = if self.learns {
             let change = pl * (left / s);
-            add_outer(&mut self.spread, -1.0 / s, &pl, &pl);
-            self.gains = along(&self.gains, 1.0, &change);
-            self.shift = along(&self.shift, 1.0, &applied(&self.leverage, &change));
+            add_outer(&mut update.spread, -1.0 / s, &pl, &pl);
+            update.gains = along(&update.gains, 1.0, &change);
+            update.shift = along(&update.shift, 1.0, &applied(&self.leverage, &change));
             // What is known exactly is not corrected.
             let inverse = if own > NOTHING * scale {
                 1.0 / own
@@ -270,32 +281,30 @@ impl Filter {
             let both = along(&ch, 1.0, &applied(&self.leverage, &pl));
             (both * (1.0 / s), left)
         };
-        self.shift = along(&self.shift, left, &k);
+        update.shift = along(&update.shift, left, &k);
         add_outer(&mut self.leverage, -1.0, &k, &lever);
         // (I − k hᵀ) C (I − k hᵀ)ᵀ + r k kᵀ
-        add_outer(&mut self.own, -1.0, &k, &ch);
-        add_outer(&mut self.own, -1.0, &ch, &k);
-        add_outer(&mut self.own, own, &k, &k);
+        add_outer(&mut update.after, -1.0, &k, &ch);
+        add_outer(&mut update.after, -1.0, &ch, &k);
+        add_outer(&mut update.after, own, &k, &k);
         Ok(())
     }
 
-    fn finish(self, belief: &Belief, terms: Terms) -> Result<(Update, f32), CorrectionError> {
+    #[inline(never)]
+    fn finish(self, leverage: &Matrix3<f64>, gate: f64) -> Result<f32, CorrectionError> {
+        let distance = self.distance as f32;
         if !self.distance.is_finite() {
             return Err(CorrectionError::NotFinite);
         }
-        if terms.gate > 0.0 && self.distance > terms.gate {
-            return Err(CorrectionError::Gate(self.distance as f32));
+        if gate > 0.0 && self.distance > gate {
+            return Err(CorrectionError::Gate(distance));
         }
-        let update = Update {
-            pose: belief.pose,
-            before: belief.own,
-            after: positive_part(&self.own),
-            shift: along(&self.shift, -1.0, &applied(&belief.leverage, &self.gains)),
-            absorbed: sum(&belief.leverage, -1.0, &self.leverage),
-            gains: self.gains,
-            spread: self.spread,
-        };
-        Ok((update.checked()?, self.distance as f32))
+        let update = self.update;
+        update.after = positive_part(&update.after);
+        update.shift = along(&update.shift, -1.0, &applied(leverage, &update.gains));
+        update.absorbed = sum(leverage, -1.0, &self.leverage);
+        update.check()?;
+        Ok(distance)
     }
 }
 
@@ -346,18 +355,6 @@ fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 }
 
 impl Update {
-    fn checked(self) -> Result<Self, CorrectionError> {
-        let shift = self.shift + self.gains;
-        if !shift.iter().all(|e| e.is_finite())
-            || !is_finite(&self.after)
-            || !is_finite(&self.absorbed)
-            || !is_finite(&self.spread)
-        {
-            return Err(CorrectionError::NotFinite);
-        }
-        Ok(self)
-    }
-
     /// The correction of the gains, and how well they are known after it.
     #[must_use]
     pub fn gains(&self) -> (Vector3<f64>, Spread) {

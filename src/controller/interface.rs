@@ -302,11 +302,12 @@ impl<C> Interface<C> {
     /// [`takes_corrections`](Self::takes_corrections).
     #[inline(never)]
     pub fn correct_pos(&mut self, shift: Vector3<f64>, gain: &Matrix3<f64>) -> Result<(), Refusal> {
-        let then = self
-            .answered
-            .filter(|past| time::since(self.snapshot.time, past.time) <= MAX_AGE)
-            .unwrap_or_else(|| self.present());
-        let update = correction::with_gain(&then.belief, &self.calibration.spread, shift, gain)?;
+        let then = match &self.answered {
+            Some(past) if time::since(self.snapshot.time, past.time) <= MAX_AGE => *past,
+            _ => self.present(),
+        };
+        let mut update = Update::none(&then.belief, &self.calibration.spread);
+        update.by_gain(&then.belief.leverage, &shift, gain)?;
         self.correct(&update, then.time, self.learns)
     }
 
@@ -315,6 +316,7 @@ impl<C> Interface<C> {
     /// # Errors
     /// [`Refusal::Age`], or [`Refusal::Correction`] if the observation is beyond `gate` (0: no gate) or its covariance is none; [`Refusal::Busy`]
     /// unless [`takes_corrections`](Self::takes_corrections).
+    #[inline(never)]
     pub fn observe(
         &mut self,
         observation: &Observation,
@@ -328,49 +330,28 @@ impl<C> Interface<C> {
         if !self.takes_corrections() {
             return Err(Refusal::Busy);
         }
-        let (update, time, distance) = self.observed(observation, age, gate)?;
-        self.correct(&update, time, self.learns)?;
-        Ok(distance)
-    }
-
-    /// The update that an observation makes, to what was known when, and its distance.
-    #[inline(never)]
-    fn observed(
-        &self,
-        observation: &Observation,
-        age: f32,
-        gate: f32,
-    ) -> Result<(Update, Instant, f32), Refusal> {
         let then = self.then(Duration::from_ticks((age * 1e6) as u64))?;
         let terms = Terms {
             gate: f64::from(gate),
             learns: self.learns,
         };
-        let spread = &self.calibration.spread;
-        let (update, distance) = match observation {
+        let leverage = &then.belief.leverage;
+        let mut update = Update::none(&then.belief, &self.calibration.spread);
+        let distance = match observation {
             Observation::Pose { pose, covariance } => {
                 let covariance = crate::math::symmetric(covariance, covariance)
                     .map_err(|_| CorrectionError::NotPositive)?;
                 let innovation = correction::pose_innovation(pose, &then.belief.pose);
-                correction::observe_pose(&then.belief, spread, innovation, &covariance, terms)?
+                update.by_pose(leverage, &innovation, &covariance, terms)?
             }
             Observation::Scalar {
                 innovation,
                 variance,
                 row,
-            } => {
-                let row = row.transpose();
-                correction::observe_scalar(
-                    &then.belief,
-                    spread,
-                    *innovation,
-                    *variance,
-                    &row,
-                    terms,
-                )?
-            }
+            } => update.by_number(leverage, *innovation, *variance, &row.transpose(), terms)?,
         };
-        Ok((update, then.time, distance))
+        self.correct(&update, then.time, self.learns)?;
+        Ok(distance)
     }
 
     #[inline(never)]
@@ -389,6 +370,7 @@ impl<C> Interface<C> {
     ///
     /// # Errors
     /// [`Refusal::Moving`] until it has ended; [`Refusal::Distance`] if it was shorter than 0.1 m; [`Refusal::Correction`] if a gain would be beyond reason.
+    #[inline(never)]
     pub fn calibrate_straight(&mut self, length: f64) -> Result<(), Refusal> {
         if self.snapshot.is_moving() {
             return Err(Refusal::Moving);
@@ -398,9 +380,8 @@ impl<C> Interface<C> {
             return Err(Refusal::Distance);
         }
         let effects = self.snapshot.estimator.effects(travelled as f32);
-        let longer = length - travelled;
-        let update =
-            correction::measured_run(&self.present().belief, &self.calibration, &effects, longer)?;
+        let mut update = Update::none(&self.present().belief, &self.calibration.spread);
+        update.by_run(&effects, length - travelled)?;
         self.correct(&update, self.snapshot.time, true)
     }
 
@@ -447,6 +428,7 @@ impl<C> Interface<C> {
         Ok(())
     }
 
+    #[inline(never)]
     fn present(&self) -> Past {
         Past {
             time: self.snapshot.time,

@@ -111,9 +111,7 @@ impl Session<'_> {
             Ask::Calibrate(what) => {
                 doubts.must.add_if(snapshot.is_moving(), Codes::MOVING);
                 // How far the last move went is not looked at here.
-                doubts
-                    .may
-                    .add_if(what == Calibrate::Straight, Codes::RANGE);
+                doubts.may.add_if(what == Calibrate::Straight, Codes::RANGE);
             }
             Ask::Plain(_) | Ask::Help | Ask::Stream | Ask::GetParam(_) => {}
         }
