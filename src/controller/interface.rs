@@ -217,6 +217,7 @@ impl<C> Interface<C> {
     ///
     /// # Errors
     /// [`Refusal`] if a number is out of range, a fault is latched or the motors are disabled.
+    #[inline(never)]
     pub fn move_by(&mut self, command: AxisCommand) -> Result<(), Refusal> {
         let (speed, acceleration) = (self.limits.speed, self.limits.acceleration);
         self.check_motion(&command, speed, acceleration)?;
@@ -227,6 +228,7 @@ impl<C> Interface<C> {
     ///
     /// # Errors
     /// [`Refusal`] if a number is out of range, a fault is latched or the motors are disabled.
+    #[inline(never)]
     pub fn turn_by(&mut self, command: AxisCommand) -> Result<(), Refusal> {
         let (speed, acceleration) = (self.limits.turn_speed, self.limits.turn_acceleration);
         self.check_motion(&command, speed, acceleration)?;
@@ -389,6 +391,7 @@ impl<C> Interface<C> {
     ///
     /// # Errors
     /// [`Refusal::NotFinite`], or [`Refusal::Correction`] if the covariance is not symmetric positive semi-definite.
+    #[inline(never)]
     pub fn reset_pos(&mut self, pose: Pose, covariance: &Matrix3<f64>) -> Result<(), Refusal> {
         let symmetric = crate::math::symmetric(covariance, covariance)
             .map_err(|_| CorrectionError::NotPositive)?;

@@ -324,6 +324,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn correct(&mut self, correction: &Correction) {
         if correction.gains() != self.estimator.calibration().gains {
             self.vehicle.set_gains(correction.gains());

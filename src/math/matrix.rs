@@ -6,15 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 #[inline(never)]
 #[must_use]
 pub fn product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
-    let mut product = Matrix3::zeros();
-    for (sum, b) in product.data.0.iter_mut().zip(&b.data.0) {
-        for (a, b) in a.data.0.iter().zip(b) {
-            for (sum, a) in sum.iter_mut().zip(a) {
-                *sum += a * b;
-            }
-        }
-    }
-    product
+    product_transposed(a, &b.transpose())
 }
 
 /// A Bᵀ.
