@@ -165,6 +165,12 @@ impl Estimator {
         self.influence = influence;
     }
 
+    /// ΔS since start-up, m.
+    #[must_use]
+    pub fn travelled(&self) -> f64 {
+        self.present_odometer().travelled()
+    }
+
     /// By how much a straight motion of ΔS (m) is longer for each gain, m.
     #[must_use]
     pub fn effects(&self, travelled: f32) -> [f32; GAINS] {

@@ -116,6 +116,8 @@ pub struct Interface<C> {
     /// What is known of the gains; a correction under way is in it.
     calibration: Calibration,
     learns: bool,
+    /// ΔS at the last move command, m.
+    run_from: f64,
 }
 
 impl<C> Interface<C> {
@@ -134,6 +136,7 @@ impl<C> Interface<C> {
             answered: None,
             calibration: *snapshot.estimator.calibration(),
             learns: false,
+            run_from: 0.0,
         }
     }
 
@@ -221,7 +224,9 @@ impl<C> Interface<C> {
     pub fn move_by(&mut self, command: AxisCommand) -> Result<(), Refusal> {
         let (speed, acceleration) = (self.limits.speed, self.limits.acceleration);
         self.check_motion(&command, speed, acceleration)?;
-        self.send(Action::Move(command))
+        self.send(Action::Move(command))?;
+        self.run_from = self.snapshot.estimator.travelled();
+        Ok(())
     }
 
     /// `turn`: rotate by `distance` (rad, signed, may be infinite) at `speed` with `acceleration`; speed 0 stops this axis alone.
@@ -377,7 +382,7 @@ impl<C> Interface<C> {
         if self.snapshot.is_moving() {
             return Err(Refusal::Moving);
         }
-        let travelled = self.snapshot.translation.displacement.to_f64().abs();
+        let travelled = (self.snapshot.estimator.travelled() - self.run_from).abs();
         if !(travelled > 0.1) {
             return Err(Refusal::Distance);
         }
