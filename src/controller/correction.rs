@@ -259,8 +259,8 @@ impl<'a> Filter<'a> {
         let pl = applied(&update.spread, &lever);
         let own = variance + inner(h, &ch);
         let s = own + inner(&lever, &pl);
-        // A variance of nothing means that both the estimate and the observation claim to be exact. Written so that a NaN is refused, too.
-        if !(s > NOTHING * scale) {
+        // A variance of nothing means that both the estimate and the observation claim to be exact.
+        if s.is_nan() || s <= NOTHING * scale {
             return Err(CorrectionError::NotPositive);
         }
         let left = innovation - inner(h, &update.shift);

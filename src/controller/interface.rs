@@ -383,7 +383,7 @@ impl<C> Interface<C> {
             return Err(Refusal::Moving);
         }
         let travelled = (self.snapshot.estimator.travelled() - self.run_from).abs();
-        if !(travelled > 0.1) {
+        if travelled.is_nan() || travelled < 0.1 {
             return Err(Refusal::Distance);
         }
         let effects = self.snapshot.estimator.effects(travelled as f32);

@@ -236,7 +236,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
 
     /// What is known, after a tick.
     pub fn snapshot(&self) -> Snapshot {
-        let mut snapshot = Snapshot::new(self.estimator);
+        let mut snapshot = Snapshot::new(&self.estimator);
         self.update_snapshot(&mut snapshot);
         snapshot
     }

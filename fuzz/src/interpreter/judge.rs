@@ -107,13 +107,16 @@ impl Session<'_> {
                 doubts.may.add(Codes::MOVING);
                 doubts.may.add(Codes::STORAGE);
             }
-            Ask::Calibrate(Calibrate::Learn(_)) => {}
-            Ask::Calibrate(what) => {
+            Ask::Calibrate(what @ (Calibrate::Reset | Calibrate::Straight)) => {
                 doubts.must.add_if(snapshot.is_moving(), Codes::MOVING);
                 // How far the last move went is not looked at here.
                 doubts.may.add_if(what == Calibrate::Straight, Codes::RANGE);
             }
-            Ask::Plain(_) | Ask::Help | Ask::Stream | Ask::GetParam(_) => {}
+            Ask::Plain(_)
+            | Ask::Help
+            | Ask::Stream
+            | Ask::GetParam(_)
+            | Ask::Calibrate(Calibrate::Learn(_)) => {}
         }
     }
 
