@@ -154,3 +154,34 @@ fn a_store_of_an_older_firmware_has_no_gains_and_begins_with_the_prior() {
     assert_eq!(config.calibration.gains, [1.0; 3]);
     assert!(config.calibration.spread.deviations()[2] > 0.01);
 }
+
+#[test]
+fn what_was_travelled_keeps_the_prior_that_it_was_travelled_with() {
+    let mut bench = Bench::new("default", 4);
+    bench.send("m 3 0.4");
+    bench.wait_for("! move done", 20.0);
+    bench.run(1.0);
+    let variance = |bench: &mut Bench| {
+        bench.send("GetEstPos");
+        let reply = bench.wait_for("EstPos", 1.0);
+        let ctt = reply.split(' ').next_back().unwrap();
+        ctt.parse::<f64>().unwrap()
+    };
+    let before = variance(&mut bench);
+    // κ L + K L² of the defaults, °².
+    assert!((before / (0.09 * 3.0 + 9.0) - 1.0).abs() < 0.01, "{before}");
+    for change in [
+        "SetParam k_drift 25",
+        "SetParam gain_right 1.01",
+        "Calibrate reset",
+    ] {
+        bench.send(change);
+        bench.wait_for("OK", 1.0);
+        bench.run(0.1);
+        let after = variance(&mut bench);
+        assert!(
+            (after / before - 1.0).abs() < 1e-4,
+            "{change}: {after} {before}"
+        );
+    }
+}

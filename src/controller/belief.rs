@@ -30,6 +30,12 @@ impl Belief {
         product_transposed(&root, &root)
     }
 
+    /// What the gains have done to the pose becomes its own: they are others from here on.
+    pub fn absorb(&mut self, spread: &Spread) {
+        self.own = sum(&self.own, 1.0, &self.shared(spread));
+        self.leverage = Matrix3::zeros();
+    }
+
     /// The estimate, for gains that are known as well as this.
     #[must_use]
     pub fn estimate(&self, spread: &Spread) -> Estimate {

@@ -160,6 +160,9 @@ impl Estimator {
     /// Takes other parameters over; what was travelled keeps its old ones. `influence` is that of the gains in `calibration`.
     pub fn configure(&mut self, noise: Noise, calibration: Calibration, influence: Influence) {
         self.fold();
+        if calibration != self.calibration {
+            self.reckoning.absorb(&self.calibration.spread);
+        }
         self.noise = noise;
         self.calibration = calibration;
         self.influence = influence;

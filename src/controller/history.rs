@@ -8,6 +8,7 @@ use super::correction::Update;
 use super::estimator::{Pose, transport};
 use crate::math::{product, sum, transported, upper_triangle};
 use crate::time::{self, Duration, Instant};
+use crate::vehicle::Spread;
 use heapless::Deque;
 use nalgebra::Matrix3;
 
@@ -125,6 +126,19 @@ impl History {
             belief: present(),
         };
         let _ = self.ring.push_back(Entry::from(&past));
+    }
+
+    /// The gains, known as well as this so far, are others from here on.
+    pub fn absorb(&mut self, spread: &Spread) {
+        if !self.is_consistent() {
+            // There is no time to carry the correction through first.
+            self.clear();
+        }
+        for entry in &mut self.ring {
+            let mut past = Past::from(&*entry);
+            past.belief.absorb(spread);
+            *entry = Entry::from(&past);
+        }
     }
 
     /// Forgets everything.

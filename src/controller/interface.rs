@@ -315,7 +315,7 @@ impl<C> Interface<C> {
         };
         let mut update = Update::none(&then.belief, &self.calibration.spread);
         update.by_gain(&then.belief.leverage, &shift, gain)?;
-        self.correct(&update, then.time, self.learns)
+        self.correct(&update, then.time, false)
     }
 
     /// Corrects by an observation that is `age` seconds old (0 to 1.5). Returns the squared Mahalanobis distance of its innovation.
@@ -432,7 +432,13 @@ impl<C> Interface<C> {
         let calibration = config.calibration;
         self.send(Action::Configure(config))?;
         self.limits = limits;
-        self.calibration = calibration;
+        if calibration != self.calibration {
+            self.history.absorb(&self.calibration.spread);
+            if let Some(answered) = &mut self.answered {
+                answered.belief.absorb(&self.calibration.spread);
+            }
+            self.calibration = calibration;
+        }
         Ok(())
     }
 

@@ -223,7 +223,6 @@ impl Session<'_> {
                 self.note_limits();
             }
             Ask::ResetPos(pose, _) if !self.stale => self.placed = Some(pose),
-            Ask::CorrectPos => self.learned(),
             Ask::Calibrate(Calibrate::Learn(learns)) => self.learns = learns,
             Ask::Calibrate(Calibrate::Straight) => self.take_gains(),
             Ask::Calibrate(Calibrate::Reset) => {
