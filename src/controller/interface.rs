@@ -252,8 +252,8 @@ impl<C> Interface<C> {
         self.send(Action::Stop)
     }
 
-    /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits; one that would move the base or clear
-    /// the fault is dropped.
+    /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits; one that would move the base, or let
+    /// it, is dropped.
     pub fn emergency_stop(&mut self) {
         if let Some(action) = &mut self.request
             && action.may_move()

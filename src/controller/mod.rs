@@ -287,7 +287,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             // A fault came between the command's acceptance and this tick.
             Action::Move(_) | Action::Turn(_) | Action::Live => {}
             Action::Stop => self.stop(StopReason::Command),
-            // Never queued, nor is Live: see `request`.
+            // Never queued: see `request`.
             Action::EStop => self.trip(Fault::Estop, Place::Base),
             Action::ClearFault => {
                 if !self.fault_persists() {
