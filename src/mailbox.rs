@@ -73,14 +73,19 @@ impl<T: Copy> Sender<'_, T> {
 impl<T: Copy> Receiver<'_, T> {
     /// Takes the message out.
     pub fn take(&mut self) -> Option<T> {
+        self.take_with(|message| *message)
+    }
+
+    /// Reads the message where it lies, and takes it out.
+    pub fn take_with<R>(&mut self, read: impl FnOnce(&T) -> R) -> Option<R> {
         if !self.0.full.load(Ordering::Acquire) {
             return None;
         }
         self.0.reading.swap(true, Ordering::AcqRel);
         // SAFETY: `full` is true, so `send_with` does not write; `reading` is true, so `replace_with` does not. `split` has written a first message.
-        let message = unsafe { (*self.0.message.get()).assume_init() };
+        let result = read(unsafe { (*self.0.message.get()).assume_init_ref() });
         self.0.full.store(false, Ordering::Release);
         self.0.reading.store(false, Ordering::Release);
-        Some(message)
+        Some(result)
     }
 }

@@ -185,15 +185,17 @@ mod app {
         let now: Instant = ctx.local.clock.now();
         ctx.local.timer.acknowledge();
         let inputs = ctx.local.sensors.read();
-        if let Some(Some(request)) = ctx.local.requests.take() {
-            // There is room: each tick takes one and carries it out.
-            let _ = ctx.local.controller.request(request);
-        }
-        for event in ctx.local.controller.tick(now, &inputs) {
+        let controller = &mut **ctx.local.controller;
+        ctx.local.requests.take_with(|request| {
+            if let Some(request) = request {
+                // There is room: each tick takes one and carries it out.
+                let _ = controller.request(*request);
+            }
+        });
+        for event in controller.tick(now, &inputs) {
             // Idle has had no time for 16 events: then there are no lines to tell them in either.
             let _ = ctx.local.events.enqueue(*event);
         }
-        let controller = &**ctx.local.controller;
         // SAFETY: idle, the receiver, cannot interrupt this.
         unsafe {
             ctx.local

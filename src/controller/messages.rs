@@ -10,6 +10,18 @@ use heapless::Vec;
 /// How many requests can wait for a tick.
 pub const REQUESTS: usize = 4;
 
+/// As many requests as there is room for wait already. Nothing has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NoRoom;
+
+impl core::fmt::Display for NoRoom {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("four requests wait for a tick already")
+    }
+}
+impl core::error::Error for NoRoom {}
+
 /// Everything that parameters decide, in SI units and ready to use: the control loop converts nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

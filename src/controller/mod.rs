@@ -30,7 +30,7 @@ pub use correction::CorrectionError;
 pub use estimator::{Estimate, Estimator, Noise, Pose};
 pub use history::MAX_AGE;
 pub use interface::{Interface, Limits, Observation, Refusal};
-pub use messages::{Action, Config, Event, Events, REQUESTS, Request, StopReason};
+pub use messages::{Action, Config, Event, Events, NoRoom, REQUESTS, Request, StopReason};
 pub use sensing::{Inputs, Sensing};
 pub use snapshot::{AxisSnapshot, Snapshot};
 
@@ -146,15 +146,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// Hands a request over for the next tick: one of the [`Interface`]'s, or an [`Action`] of anybody's.
     ///
     /// # Errors
-    /// Returns the request if four are waiting already; an [`Interface`] has at most one under way. An emergency stop and a sign of life need no room.
-    #[allow(
-        clippy::result_large_err,
-        reason = "whoever hands it over needs it back, and there is no allocator"
-    )]
-    pub fn request(
-        &mut self,
-        request: impl Into<Request<V::Config>>,
-    ) -> Result<(), Request<V::Config>> {
+    /// [`NoRoom`] if four are waiting already; an [`Interface`] has at most one under way. An emergency stop and a sign of life need no room.
+    pub fn request(&mut self, request: impl Into<Request<V::Config>>) -> Result<(), NoRoom> {
         let request = request.into();
         self.supervisor.sign_of_life();
         if let Action::EStop = request.action {
@@ -165,7 +158,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if let (Action::Live, None) = (request.action, request.ticket) {
             return Ok(());
         }
-        self.requests.push_back(request)
+        self.requests.push_back(request).map_err(|_| NoRoom)
     }
 
     /// One cycle of the control loop; returns what happened in it. Call it every `period`; a late, missed or double call loses no counts and steps no reference.
@@ -191,10 +184,10 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         // In a cycle that is not due yet the references stand between two steps.
         while elapsed.steps > 0
-            && let Some(Request { action, ticket }) = self.requests.pop_front()
+            && let Some(request) = self.requests.pop_front()
         {
-            self.carry_out(action);
-            self.ticket = ticket.unwrap_or(self.ticket);
+            self.carry_out(&request.action);
+            self.ticket = request.ticket.unwrap_or(self.ticket);
         }
         // An emergency stop waits for no cycle, and has the last word: what was asked before it and still waits for one moves nothing.
         if core::mem::take(&mut self.emergency) {
@@ -274,8 +267,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         snapshot.fault_persists = self.fault_persists();
     }
 
-    fn carry_out(&mut self, action: Action<V::Config>) {
-        match action {
+    fn carry_out(&mut self, action: &Action<V::Config>) {
+        match *action {
             Action::Move(command) if self.may_move() => {
                 self.wake();
                 self.translation.command(&self.config.translation, command);
@@ -309,8 +302,8 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 self.power = Power::Disabling;
                 self.stop(StopReason::Disable);
             }
-            Action::Correct(correction) => self.correct(&correction),
-            Action::Configure(config) => {
+            Action::Correct(ref correction) => self.correct(correction),
+            Action::Configure(ref config) => {
                 if config.period != self.config.period {
                     self.clock = Clock::new(config.period);
                 }
@@ -319,7 +312,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 let influence = self.vehicle.influence();
                 self.estimator
                     .configure(config.noise, config.calibration, influence);
-                self.config = config;
+                self.config = *config;
             }
         }
     }
