@@ -1,6 +1,15 @@
-//! Products of 3 × 3 matrices in f64, each in one place: unrolled wherever they are used they would take a tenth of the flash.
+//! Sums and products of 3 × 3 matrices in f64, each in one place, and all in terms of one loop: unrolled wherever they are used they would take a tenth
+//! of the flash.
 
 use nalgebra::{Matrix3, Vector3};
+
+/// x := x + s y, element by element. The length is no constant, so that nobody unrolls it.
+#[inline(never)]
+fn accumulate(x: &mut [f64], s: f64, y: &[f64]) {
+    for (x, y) in x.iter_mut().zip(y) {
+        *x += s * y;
+    }
+}
 
 /// A B.
 #[inline(never)]
@@ -15,13 +24,17 @@ pub fn product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
 pub fn product_transposed(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
     let mut product = Matrix3::zeros();
     for (a, b) in a.data.0.iter().zip(&b.data.0) {
-        for (sum, b) in product.data.0.iter_mut().zip(b) {
-            for (sum, a) in sum.iter_mut().zip(a) {
-                *sum += a * b;
-            }
-        }
+        add_columns(&mut product, a, b);
     }
     product
+}
+
+/// A := A + x yᵀ.
+#[inline(never)]
+fn add_columns(a: &mut Matrix3<f64>, x: &[f64; 3], y: &[f64; 3]) {
+    for (column, y) in a.data.0.iter_mut().zip(y) {
+        accumulate(column, *y, x);
+    }
 }
 
 /// A v.
@@ -30,9 +43,7 @@ pub fn product_transposed(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
 pub fn applied(a: &Matrix3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     let mut sum = Vector3::zeros();
     for (column, v) in a.data.0.iter().zip(v) {
-        for (sum, a) in sum.iter_mut().zip(column) {
-            *sum += a * v;
-        }
+        accumulate(sum.as_mut_slice(), *v, column);
     }
     sum
 }
@@ -49,21 +60,14 @@ pub fn inner(x: &Vector3<f64>, y: &Vector3<f64>) -> f64 {
 #[must_use]
 pub fn along(x: &Vector3<f64>, s: f64, y: &Vector3<f64>) -> Vector3<f64> {
     let mut sum = *x;
-    for (sum, y) in sum.iter_mut().zip(y) {
-        *sum += s * y;
-    }
+    accumulate(sum.as_mut_slice(), s, y.as_slice());
     sum
 }
 
 /// A := A + s x yᵀ.
 #[inline(never)]
 pub fn add_outer(a: &mut Matrix3<f64>, s: f64, x: &Vector3<f64>, y: &Vector3<f64>) {
-    for (column, y) in a.data.0.iter_mut().zip(y) {
-        let s = s * y;
-        for (a, x) in column.iter_mut().zip(x) {
-            *a += s * x;
-        }
-    }
+    add_columns(a, &x.data.0[0], &(y * s).data.0[0]);
 }
 
 /// A + s B.
@@ -71,9 +75,7 @@ pub fn add_outer(a: &mut Matrix3<f64>, s: f64, x: &Vector3<f64>, y: &Vector3<f64
 #[must_use]
 pub fn sum(a: &Matrix3<f64>, s: f64, b: &Matrix3<f64>) -> Matrix3<f64> {
     let mut sum = *a;
-    for (a, b) in sum.iter_mut().zip(b) {
-        *a += s * b;
-    }
+    accumulate(sum.as_mut_slice(), s, b.as_slice());
     sum
 }
 
@@ -81,7 +83,8 @@ pub fn sum(a: &Matrix3<f64>, s: f64, b: &Matrix3<f64>) -> Matrix3<f64> {
 #[inline(never)]
 #[must_use]
 pub fn symmetric_part(a: &Matrix3<f64>) -> Matrix3<f64> {
-    sum(a, 1.0, &a.transpose()) * 0.5
+    let half = sum(&Matrix3::zeros(), 0.5, a);
+    sum(&half, 0.5, &a.transpose())
 }
 
 #[cfg(test)]
