@@ -39,7 +39,6 @@ use crate::time::{self, Instant};
 use crate::vehicle::{Motion, Twist, VirtualVehicle};
 use axis::AxisEvent;
 use clock::{Clock, Elapsed};
-use estimator::Correction;
 use heapless::Deque;
 use sensing::Readings;
 
@@ -183,12 +182,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.supervise(elapsed);
         }
         // In a cycle that is not due yet the references stand between two steps.
-        while elapsed.steps > 0
-            && let Some(request) = self.requests.pop_front()
-        {
-            self.carry_out(&request.action);
-            self.ticket = request.ticket.unwrap_or(self.ticket);
-        }
+        while elapsed.steps > 0 && self.carry_out_next() {}
         // An emergency stop waits for no cycle, and has the last word: what was asked before it and still waits for one moves nothing.
         if core::mem::take(&mut self.emergency) {
             for request in &mut self.requests {
@@ -267,13 +261,20 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         snapshot.fault_persists = self.fault_persists();
     }
 
-    fn carry_out(&mut self, action: &Action<V::Config>) {
-        match *action {
+    /// Carries out the request that has waited longest, if any. It is read where it lies: the largest take as long to copy as to carry out.
+    fn carry_out_next(&mut self) -> bool {
+        let Some(Request { action, ticket }) = self.requests.front() else {
+            return false;
+        };
+        let ticket = ticket.unwrap_or(self.ticket);
+        match action {
             Action::Move(command) if self.may_move() => {
+                let command = *command;
                 self.wake();
                 self.translation.command(&self.config.translation, command);
             }
             Action::Turn(command) if self.may_move() => {
+                let command = *command;
                 self.wake();
                 self.rotation.command(&self.config.rotation, command);
             }
@@ -302,8 +303,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 self.power = Power::Disabling;
                 self.stop(StopReason::Disable);
             }
-            Action::Correct(ref correction) => self.correct(correction),
-            Action::Configure(ref config) => {
+            Action::Correct(correction) => {
+                if correction.gains() != self.estimator.calibration().gains {
+                    self.vehicle.set_gains(correction.gains());
+                }
+                self.estimator.apply(correction, self.vehicle.influence());
+            }
+            Action::Configure(config) => {
                 if config.period != self.config.period {
                     self.clock = Clock::new(config.period);
                 }
@@ -315,15 +321,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 self.config = *config;
             }
         }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn correct(&mut self, correction: &Correction) {
-        if correction.gains() != self.estimator.calibration().gains {
-            self.vehicle.set_gains(correction.gains());
-        }
-        self.estimator.apply(correction, self.vehicle.influence());
+        self.ticket = ticket;
+        self.requests.pop_front();
+        true
     }
 
     fn may_move(&self) -> bool {

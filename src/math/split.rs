@@ -1,5 +1,7 @@
 //! A coefficient whose products with small integers are exact.
 
+use super::Sum;
+
 /// A positive coefficient as head + tail: the head has 12 significant bits, so head × n is exact in f32 for |n| < 4096.
 ///
 /// Metres per count is such a coefficient. Rounded to f32 it may be wrong by 6e-8, and each product is rounded once more: with unequal wheels
@@ -14,12 +16,14 @@ pub struct Split {
 impl Split {
     /// Splits a coefficient.
     #[must_use]
-    pub fn new(value: f64) -> Self {
+    pub fn new(value: Sum) -> Self {
         // Rounded, not cut off: the tail is then below 2⁻¹² of the value.
-        let head = f32::from_bits(((value as f32).to_bits().wrapping_add(0x800)) & 0xffff_f000);
+        let head = f32::from_bits((value.get().to_bits().wrapping_add(0x800)) & 0xffff_f000);
+        let mut tail = value;
+        tail.add(-head);
         Self {
             head,
-            tail: (value - f64::from(head)) as f32,
+            tail: tail.get(),
         }
     }
 
@@ -45,7 +49,7 @@ mod tests {
     proptest! {
         #[test]
         fn product_is_good_to_36_bits(value in 1e-7..1.0f64, n in -4095..4096i32) {
-            let (exact, rest) = Split::new(value).times(n);
+            let (exact, rest) = Split::new(Sum::from_f64(value)).times(n);
             let product = f64::from(exact) + f64::from(rest);
             prop_assert!((product - value * f64::from(n)).abs() <= value * f64::from(n.abs()) * f64::powi(2.0, -35));
         }

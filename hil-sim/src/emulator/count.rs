@@ -1,4 +1,5 @@
-//! Counts the instructions of the control interrupt, exactly, on the image as it is shipped.
+//! Counts the instructions of the control interrupt, exactly, on the image as it is shipped; and those of corrections, which wait for no interrupt but are
+//! interrupted.
 
 use super::program::{Flow, Function, Program};
 use anyhow::Result;
@@ -22,6 +23,7 @@ pub(super) struct Counter {
     pending: Vec<Call>,
     /// Of the interrupt that is under way, by callee.
     parts: BTreeMap<usize, (u64, u64)>,
+    corrections: Corrections,
     counts: Counts,
 }
 
@@ -41,6 +43,8 @@ pub struct Counts {
     pub starts: Vec<u64>,
     /// What was spent in each function that the handler calls, directly or not, with all that it calls in turn.
     pub parts: BTreeMap<String, PartCount>,
+    /// The same of corrections, without the interrupts that came in between; `most` is that of one call.
+    pub corrections: BTreeMap<String, PartCount>,
 }
 
 /// What was spent in a function.
@@ -52,6 +56,104 @@ pub struct PartCount {
     pub total: u64,
     /// Most instructions in one call of the handler.
     pub most: u64,
+}
+
+/// What a correction is made of: names of its functions begin so.
+const CORRECTING: [&str; 3] = [
+    "vehicle_controller::controller::interface::",
+    "vehicle_controller::controller::correction::",
+    "vehicle_controller::controller::history::",
+];
+
+/// Counts what idle spends on corrections.
+#[derive(Debug, Default)]
+struct Corrections {
+    /// Where calls are, whom they call and where they come back to.
+    calls: HashMap<u64, (String, u64)>,
+    pending: Vec<CorrectionCall>,
+    /// The other interrupt, of the serial line: its first instruction, its returns, and the count when it began.
+    receive: (u64, Vec<u64>, Option<u64>),
+    /// Spent in interrupts so far.
+    interrupted: u64,
+}
+
+#[derive(Debug)]
+struct CorrectionCall {
+    callee: String,
+    back: u64,
+    count: u64,
+    interrupted: u64,
+}
+
+impl Corrections {
+    fn new(program: &Program) -> Result<Self> {
+        let mut calls = HashMap::new();
+        for function in program.reachable(program.idle()?) {
+            for (at, flow) in program.flow(function) {
+                if let Flow::Call { target, back } = flow
+                    && let Some(callee) = program.function(target)
+                    && CORRECTING.iter().any(|part| callee.name.contains(part))
+                {
+                    calls.insert(at, (callee.name.clone(), back));
+                }
+            }
+        }
+        let receive = program.receive()?;
+        Ok(Self {
+            calls,
+            receive: (receive.address, exits(program, receive), None),
+            ..Self::default()
+        })
+    }
+
+    fn watches(&self) -> impl Iterator<Item = u64> {
+        let (entry, exits, _) = &self.receive;
+        let calls = self.calls.iter().flat_map(|(at, (_, back))| [*at, *back]);
+        calls.chain([*entry]).chain(exits.iter().copied())
+    }
+
+    /// The core is about to run a watched instruction, and not in the control interrupt.
+    fn hit(&mut self, at: u64, count: u64, counts: &mut BTreeMap<String, PartCount>) {
+        let (entry, exits, entered) = &mut self.receive;
+        if at == *entry {
+            *entered = Some(count);
+        }
+        if let Some(begun) = *entered {
+            if exits.contains(&at) {
+                *entered = None;
+                self.interrupted += count + 1 - begun;
+            }
+            return;
+        }
+        while let Some(call) = self.pending.pop_if(|call| call.back == at) {
+            let spent = (count - call.count) - (self.interrupted - call.interrupted);
+            let part = counts.entry(call.callee).or_default();
+            part.calls += 1;
+            part.total += spent;
+            part.most = part.most.max(spent);
+        }
+        if let Some((callee, back)) = self.calls.get(&at) {
+            self.pending.push(CorrectionCall {
+                callee: callee.clone(),
+                back: *back,
+                count: count + 1,
+                interrupted: self.interrupted,
+            });
+        }
+    }
+
+    /// The control interrupt took so much. If it interrupted the other one, that counts it.
+    fn interrupt(&mut self, spent: u64) {
+        let (_, _, entered) = self.receive;
+        if entered.is_none() {
+            self.interrupted += spent;
+        }
+    }
+
+    fn restart(&mut self) {
+        self.pending.clear();
+        self.receive.2 = None;
+    }
 }
 
 impl Counter {
@@ -66,6 +168,11 @@ impl Counter {
             entered: None,
             pending: Vec::new(),
             parts: BTreeMap::new(),
+            corrections: if by_part {
+                Corrections::new(program)?
+            } else {
+                Corrections::default()
+            },
             counts: Counts::default(),
         };
         let mut callees = HashMap::new();
@@ -92,6 +199,7 @@ impl Counter {
     pub(super) fn watches(&self) -> impl Iterator<Item = Watch> {
         let calls = self.calls.iter().flat_map(|(at, (_, back))| [*at, *back]);
         let mut all: Vec<u64> = calls.chain(self.exits.clone()).collect();
+        all.extend(self.corrections.watches());
         all.push(self.entry);
         all.sort_unstable();
         all.dedup();
@@ -107,6 +215,8 @@ impl Counter {
             self.counts.starts.push(hit.at.0);
         }
         let Some(entered) = self.entered else {
+            self.corrections
+                .hit(at, count, &mut self.counts.corrections);
             return;
         };
         while let Some(call) = self.pending.pop_if(|call| call.back == at) {
@@ -124,6 +234,7 @@ impl Counter {
         }
         if self.pending.is_empty() && self.exits.contains(&at) {
             self.counts.ticks.push(count + 1 - entered);
+            self.corrections.interrupt(count + 1 - entered);
             self.entered = None;
             for (callee, (calls, spent)) in std::mem::take(&mut self.parts) {
                 let name = self.names.get(callee).cloned().unwrap_or_default();
@@ -140,6 +251,7 @@ impl Counter {
         self.entered = None;
         self.pending.clear();
         self.parts.clear();
+        self.corrections.restart();
     }
 
     /// What was counted so far.
@@ -217,12 +329,37 @@ impl fmt::Display for Counts {
             "{:>8} {:>8} {:>8}  of these, with all that it calls, in",
             "mean", "maximum", "calls"
         )?;
-        let mut parts: Vec<_> = self.parts.iter().collect();
-        parts.sort_by_key(|(name, part)| (std::cmp::Reverse(part.total), (*name).clone()));
-        for (name, part) in parts {
-            let mean = part.total as f64 / ticks.max(1) as f64;
-            writeln!(f, "{mean:8.1} {:8} {:8}  {name}", part.most, part.calls)?;
+        let mean = |part: &PartCount| part.total as f64 / ticks.max(1) as f64;
+        write_parts(f, &self.parts, mean)?;
+        if self.corrections.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        writeln!(
+            f,
+            "outside of the ticks; instructions of a call, without what interrupts it\n{:>8} {:>8} {:>8}  of",
+            "mean", "maximum", "calls"
+        )?;
+        write_parts(f, &self.corrections, |part| {
+            part.total as f64 / part.calls as f64
+        })
     }
+}
+
+fn write_parts(
+    f: &mut fmt::Formatter<'_>,
+    parts: &BTreeMap<String, PartCount>,
+    mean: impl Fn(&PartCount) -> f64,
+) -> fmt::Result {
+    let mut parts: Vec<_> = parts.iter().collect();
+    parts.sort_by_key(|(name, part)| (std::cmp::Reverse(part.total), (*name).clone()));
+    for (name, part) in parts {
+        writeln!(
+            f,
+            "{:8.1} {:8} {:8}  {name}",
+            mean(part),
+            part.most,
+            part.calls
+        )?;
+    }
+    Ok(())
 }

@@ -6,6 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The interrupt of TIM5 (RM0090 table 63).
 const TIM5_INTERRUPT: u64 = 50;
+/// The interrupt of USART3.
+const USART3_INTERRUPT: u64 = 39;
 /// The exceptions before the first interrupt in the vector table.
 const EXCEPTIONS: u64 = 16;
 
@@ -85,14 +87,23 @@ impl Program {
 
     /// The handler of the control interrupt.
     pub(super) fn control(&self) -> Result<&Function> {
-        let vector = super::part::FLASH_BASE + 4 * (EXCEPTIONS + TIM5_INTERRUPT);
+        self.handler(TIM5_INTERRUPT)
+    }
+
+    /// The handler of the serial line's interrupt.
+    pub(super) fn receive(&self) -> Result<&Function> {
+        self.handler(USART3_INTERRUPT)
+    }
+
+    fn handler(&self, interrupt: u64) -> Result<&Function> {
+        let vector = super::part::FLASH_BASE + 4 * (EXCEPTIONS + interrupt);
         let low = self.half_word(vector);
         let (Some(low), Some(high)) = (low, self.half_word(vector + 2)) else {
             return Err(anyhow!("the image has no vector table"));
         };
         let address = u64::from(low & !1) | u64::from(high) << 16;
         let found = self.functions.get(&address);
-        found.ok_or_else(|| anyhow!("the image has no function at TIM5's vector, {address:#010x}"))
+        found.ok_or_else(|| anyhow!("the image has no function at {address:#010x}, where the vector of interrupt {interrupt} leads"))
     }
 
     /// The function of what runs when nothing else does.

@@ -1,14 +1,14 @@
 //! From two wheels to the virtual vehicle and back.
 
 use super::super::{GAINS, Influence, Twist};
-use crate::math::Split;
+use crate::math::{Factor, Split, Sum, larger};
 
 /// The geometry: wheel base and what one count is worth. All that the tick needs of it is worked out here, once.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Geometry {
     /// w, K_left and K_right as they are said to be.
-    nominal: [f64; 3],
+    nominal: [Sum; 3],
     gains: [f32; GAINS],
     half_base: f32,
     /// 1/w.
@@ -24,33 +24,33 @@ impl Geometry {
     #[must_use]
     pub fn new(wheel_base: f64, left: f64, right: f64, gains: [f32; GAINS]) -> Self {
         let mut geometry = Self {
-            nominal: [wheel_base, left, right],
+            nominal: [wheel_base, left, right].map(Sum::from_f64),
             ..Self::default()
         };
         geometry.set_gains(gains);
         geometry
     }
 
-    /// Takes other gains over.
+    /// Takes other gains over. The tick does it, so in numbers of 48 bits: in f64 it would take 2000 instructions.
     #[inline(never)]
     pub fn set_gains(&mut self, gains: [f32; GAINS]) {
         self.gains = gains;
-        let wheel_base = self.wheel_base();
-        let [left, right] = self.per_count();
-        let coarser = if left > right { left } else { right };
-        self.half_base = (0.5 * wheel_base) as f32;
-        self.curvature = (1.0 / wheel_base) as f32;
-        self.per_count = [left as f32, right as f32];
+        let [right, left, base] = gains.map(Factor::new);
+        let [nominal_base, nominal_left, nominal_right] = self.nominal;
+        let (left, right) = (nominal_left.times(left), nominal_right.times(right));
+        let wheel_base = nominal_base.times(base);
+        self.half_base = 0.5 * wheel_base.get();
+        self.curvature = 1.0 / wheel_base.get();
+        self.per_count = [left.get(), right.get()];
+        let coarser = larger(left.get(), right.get());
         self.resolution = Twist {
-            translation: coarser as f32,
-            rotation: (coarser / wheel_base) as f32,
+            translation: coarser,
+            rotation: coarser * self.curvature,
         };
         // ΔS = (ΔS_right + ΔS_left)/2      Δα = (ΔS_right − ΔS_left)/w
-        self.translation = [Split::new(0.5 * left), Split::new(0.5 * right)];
-        self.rotation = [
-            Split::new(left / wheel_base),
-            Split::new(right / wheel_base),
-        ];
+        let half = Factor::new(0.5);
+        self.translation = [Split::new(left.times(half)), Split::new(right.times(half))];
+        self.rotation = [left, right].map(|wheel| Split::new(wheel.over(wheel_base)));
     }
 
     /// With S_r = ΔS + Δα w/2 and S_l = ΔS − Δα w/2 (theory section 6):
@@ -80,7 +80,7 @@ impl Geometry {
     pub fn wheel_base(&self) -> f64 {
         let [wheel_base, ..] = self.nominal;
         let [.., by_base] = self.gains;
-        wheel_base * f64::from(by_base)
+        wheel_base.to_f64() * f64::from(by_base)
     }
 
     /// K_left and K_right, m per count.
@@ -88,7 +88,10 @@ impl Geometry {
     pub fn per_count(&self) -> [f64; 2] {
         let [_, left, right] = self.nominal;
         let [by_right, by_left, _] = self.gains;
-        [left * f64::from(by_left), right * f64::from(by_right)]
+        [
+            left.to_f64() * f64::from(by_left),
+            right.to_f64() * f64::from(by_right),
+        ]
     }
 
     /// What one count amounts to.
