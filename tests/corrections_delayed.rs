@@ -5,7 +5,7 @@ mod counts;
 use counts::base::{Base, difference, pose, symmetric, vector, wide};
 use counts::{Random, noise, smallest_eigenvalue};
 use nalgebra::{Matrix3, RowVector3, Vector3};
-use vehicle_controller::controller::{Observation, Pose, Refusal};
+use vehicle_controller::controller::{CorrectionError, Observation, Pose, Refusal};
 
 /// 10 cm and 5°, correlated.
 fn blurred() -> Matrix3<f64> {
@@ -226,11 +226,28 @@ fn random_covariance(random: &mut Random, low: f64, high: f64) -> Matrix3<f64> {
 }
 
 #[test]
-fn a_hundred_thousand_random_corrections_keep_c_symmetric_and_positive() {
-    let mut random = Random(23);
-    let mut base = Base::at(Pose::default(), &blurred(), noise());
-    let (mut smallest, mut refused) = (0.0_f64, 0);
-    for n in 0..100_000 {
+fn a_million_random_corrections_keep_c_symmetric_and_positive() {
+    const SHARE: u32 = 125_000;
+    std::thread::scope(|scope| {
+        for seed in 0..8 {
+            scope.spawn(move || correct_at_random(seed, SHARE));
+        }
+    });
+}
+
+/// Half of the seeds learn the gains.
+fn correct_at_random(seed: u64, corrections: u32) {
+    let learns = seed % 2 == 1;
+    let mut random = Random(23 + seed);
+    let mut base = if learns {
+        let mut base = Base::new(noise());
+        base.desk.learn(true);
+        base
+    } else {
+        Base::at(Pose::default(), &blurred(), noise())
+    };
+    let (mut smallest, mut refused, mut absurd) = (0.0_f64, 0, 0);
+    for n in 0..corrections {
         let (v, omega) = (random.between(-0.5, 0.5), random.between(-2.0, 2.0));
         for _ in 0..2 {
             base.hand_over();
@@ -238,12 +255,17 @@ fn a_hundred_thousand_random_corrections_keep_c_symmetric_and_positive() {
         }
         let estimate = base.estimate();
         let c = wide(&estimate);
-        assert_eq!(c, c.transpose(), "{n}");
+        assert_eq!(c, c.transpose(), "{seed} {n}");
         smallest = smallest.min(smallest_eigenvalue(&c));
-        assert!(smallest >= -1e-6, "{n}: {smallest:.1e} {c}");
-        assert!(vector(&estimate.pose).iter().all(|e| e.is_finite()), "{n}");
+        assert!(smallest >= -1e-6, "{seed} {n}: {smallest:.1e} {c}");
+        assert!(
+            vector(&estimate.pose).iter().all(|e| e.is_finite()),
+            "{seed} {n}"
+        );
         let r = random_covariance(&mut random, 1e-3, 0.3);
-        let nu = Vector3::from_fn(|_, _| random.between(-0.1, 0.1));
+        // Gains that believed anything would soon be beyond reason.
+        let likely = r.diagonal().map(|v| if learns { v.sqrt() } else { 0.1 });
+        let nu = Vector3::from_fn(|i, _| random.between(-1.0, 1.0) * likely[i]);
         let age = if n % 2 == 0 {
             0.0
         } else {
@@ -268,19 +290,25 @@ fn a_hundred_thousand_random_corrections_keep_c_symmetric_and_positive() {
                 base.desk.observe(&observation, age, 0.0).map(|_| ())
             }
         };
-        // What is older than the journey is refused, and rightly.
-        if let Err(refusal) = done
+        // What is older than the journey is refused, and rightly; and so are gains beyond reason, which is where late fixes of a place where it is now lead.
+        let beyond_reason = Err(Refusal::Correction(CorrectionError::Gains));
+        if learns && done == beyond_reason {
+            absurd += 1;
+        } else if let Err(refusal) = done
             && !matches!(refusal, Refusal::TooOld(_))
         {
             refused += 1;
             if refused < 4 {
-                println!("{n}: {refusal:?} {c} {r}");
+                println!("{seed} {n}: {refusal:?} {c} {r}");
             }
         }
     }
-    println!("smallest eigenvalue {smallest:.1e}, {refused} refused");
+    println!("seed {seed}: smallest eigenvalue {smallest:.1e}, {refused} refused, {absurd} absurd");
     // Every one of them was a proper observation.
-    assert_eq!(refused, 0);
+    assert_eq!(refused, 0, "seed {seed}");
+    assert!(absurd < corrections / 10, "seed {seed}: {absurd}");
+    let learned = base.desk.calibration().gains != [1.0; 3];
+    assert_eq!(learned, learns, "seed {seed}");
 }
 
 /// Somewhere else altogether.

@@ -215,8 +215,9 @@ impl Past {
     }
 }
 
-/// The pose goes straight: over 32 ms an arc differs from its chord by 0.2 mm at 1 m/s and 90 °/s. θ is unwrapped, so it goes along. What has happened to C and
-/// Γ between two entries is what the motion does to the first of them, and noise and gains, which come evenly.
+/// The pose goes straight: over 32 ms an arc differs from its chord by 0.2 mm at 1 m/s and 90 °/s. θ is unwrapped, so it goes along. C and Γ are the mean of
+/// what the motion makes of the entry before and of the one after, each weighted by how near it is: so noise comes evenly, and C is positive semi-definite
+/// whatever corrections have made of the two.
 fn interpolate(before: &Past, after: &Past, time: Instant) -> Past {
     let whole = time::seconds(time::since(after.time, before.time));
     let part = time::seconds(time::since(time, before.time));
@@ -228,18 +229,15 @@ fn interpolate(before: &Past, after: &Past, time: Instant) -> Past {
     let (a, b) = (&before.belief, &after.belief);
     let dx = b.pose.x - a.pose.x;
     let dy = b.pose.y - a.pose.y;
-    let carried = |w: f64| {
-        let (dx, dy) = (w * dx, w * dy);
+    let here = |of: &Belief, share: f64, way: f64| {
+        let (dx, dy) = (way * dx, way * dy);
         (
-            transported(&a.own, dx, dy),
-            product(&transport(dx, dy), &a.leverage),
+            transported(&of.own, dx, dy) * share,
+            product(&transport(dx, dy), &of.leverage) * share,
         )
     };
-    let (own, leverage) = carried(1.0);
-    let (own_here, leverage_here) = carried(w);
-    let evenly = |here: &Matrix3<f64>, there: &Matrix3<f64>, after: &Matrix3<f64>| {
-        sum(here, w, &sum(after, -1.0, there))
-    };
+    let (own_before, leverage_before) = here(a, 1.0 - w, w);
+    let (own_after, leverage_after) = here(b, w, w - 1.0);
     Past {
         time,
         belief: Belief {
@@ -248,8 +246,8 @@ fn interpolate(before: &Past, after: &Past, time: Instant) -> Past {
                 y: a.pose.y + w * dy,
                 theta: a.pose.theta + w * (b.pose.theta - a.pose.theta),
             },
-            own: evenly(&own_here, &own, &b.own),
-            leverage: evenly(&leverage_here, &leverage, &b.leverage),
+            own: sum(&own_before, 1.0, &own_after),
+            leverage: sum(&leverage_before, 1.0, &leverage_after),
         },
     }
 }
