@@ -2,8 +2,10 @@
 //! physics and shares no kinematics with them.
 
 pub mod base;
+pub mod calibrate;
 #[cfg(feature = "emulator")]
 pub mod emulator;
+pub mod exponential;
 pub mod faults;
 pub mod peripherals;
 pub mod plant;

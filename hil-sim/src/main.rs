@@ -1,5 +1,6 @@
 //! `hil-sim`: drive a simulated robot base, run scripts on it, replay logs, draw what happened.
 
+mod calibrating;
 mod console;
 mod run;
 mod soaking;
@@ -12,7 +13,7 @@ use hil_sim::base::Base;
 use hil_sim::plot;
 use hil_sim::replay::{Log, replay};
 use hil_sim::rig::Rig;
-use hil_sim::robot::{Robot, describe};
+use hil_sim::robot::{self, Robot};
 use hil_sim::script::Script;
 use hil_sim::trace;
 use std::io::Write;
@@ -20,7 +21,6 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trace_file::TraceFile;
-use vehicle_controller::params::Id;
 
 /// A simulated robot base: the real vehicle controller on simulated motors, battery, tyres and encoders.
 #[derive(Parser)]
@@ -40,6 +40,8 @@ enum Command {
     Run(Run),
     /// Feed recorded encoder counts through the vehicle and the estimator
     Replay(Replay),
+    /// Learn the gains from logs with ground truth, and show what that is worth
+    Calibrate(calibrating::Options),
     /// Count the instructions of an image's control interrupt while a script runs
     #[cfg(feature = "emulator")]
     #[command(hide = true)]
@@ -149,6 +151,7 @@ fn main() -> ExitCode {
         Some(Command::Drive(drive)) => drive_command(&drive),
         Some(Command::Run(run)) => run_command(&run),
         Some(Command::Replay(replay)) => replay_command(&replay),
+        Some(Command::Calibrate(options)) => calibrating::calibrate_command(&options),
         #[cfg(feature = "emulator")]
         Some(Command::Count(count)) => count_command(&count),
         Some(Command::Soak(options)) => soaking::soak_command(&options),
@@ -262,20 +265,7 @@ fn title(script: &Path, robot: &str) -> String {
 fn replay_command(args: &Replay) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let mut params = robot.params;
-    for setting in &args.set {
-        let (name, value) = setting
-            .split_once('=')
-            .ok_or_else(|| anyhow!("--set {setting}: write name=value"))?;
-        let id = Id::find(name.trim().as_bytes())
-            .ok_or_else(|| anyhow!("--set {setting}: no parameter `{name}`"))?;
-        let value: f32 = value
-            .trim()
-            .parse()
-            .map_err(|_| anyhow!("--set {setting}: `{value}` is not a number"))?;
-        params
-            .set(id, value)
-            .map_err(|error| anyhow!("--set {setting}: {}", describe(error)))?;
-    }
+    robot::set(&mut params, &args.set)?;
     if args.out.is_some() && args.logs.len() > 1 {
         bail!("--out is for one log");
     }

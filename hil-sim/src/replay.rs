@@ -5,6 +5,7 @@ use crate::plot::ReplayPath;
 use crate::rig::vehicle;
 use crate::robot::Robot;
 use anyhow::{Context, Result, anyhow, bail};
+use nalgebra::Matrix3;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -15,12 +16,13 @@ use vehicle_controller::vehicle::VirtualVehicle;
 
 /// A row of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Row {
-    t: f64,
-    /// Counts since the row before.
-    counts: [i64; 2],
+pub struct Row {
+    /// Time, s.
+    pub t: f64,
+    /// Counts since the row before, left first.
+    pub counts: [i64; 2],
     /// x, y (m), θ (rad), where known.
-    truth: Option<[f64; 3]>,
+    pub truth: Option<[f64; 3]>,
 }
 
 /// A recorded log.
@@ -104,12 +106,28 @@ impl Log {
         if rows.is_empty() {
             bail!("{shown}: the log has no rows");
         }
-        let name = path
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        Self::new(name.into_owned(), rows)
+    }
+
+    /// A log of these rows: at least one, their times not falling.
+    ///
+    /// # Errors
+    /// If there is none, or a time goes backwards.
+    pub fn new(name: String, rows: Vec<Row>) -> Result<Self> {
+        if rows.is_empty() {
+            bail!("{name}: the log has no rows");
+        }
+        if !rows.is_sorted_by(|a, b| a.t <= b.t) {
+            bail!("{name}: t goes backwards");
+        }
         Ok(Self { name, rows })
+    }
+
+    /// Its rows, at least one.
+    #[must_use]
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
     }
 
     /// How many rows it has.
@@ -152,6 +170,19 @@ pub struct Errors {
 /// # Errors
 /// None: the fakes never refuse.
 pub fn replay(log: &Log, robot: &Robot, params: &Params) -> Result<Replay> {
+    replay_from(log, robot, params, Matrix3::zeros())
+}
+
+/// The same, when the first row's truth is only known so well: its covariance, m², m·rad, rad².
+///
+/// # Errors
+/// None: the fakes never refuse.
+pub fn replay_from(
+    log: &Log,
+    robot: &Robot,
+    params: &Params,
+    covariance: Matrix3<f64>,
+) -> Result<Replay> {
     let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
     // A log's row may hold more counts than a narrow counter can.
     let robot = Robot {
@@ -162,7 +193,8 @@ pub fn replay(log: &Log, robot: &Robot, params: &Params) -> Result<Replay> {
     let config = params.build(crate::rig::PERIOD);
     let mut estimator = Estimator::new(config.noise);
     let [x, y, theta] = log.rows[0].truth.unwrap_or_default();
-    let start = Estimate::certain(Pose { x, y, theta });
+    let pose = Pose { x, y, theta };
+    let start = Estimate { pose, covariance };
     let correction = estimator.correction(&Belief::from(start), config.calibration);
     estimator.apply(&correction, vehicle.influence());
 
