@@ -29,7 +29,7 @@ pub struct Options {
     #[arg(long, default_value = "2", value_name = "S|end", value_parser = parse_every)]
     fix_every: Every,
     /// How well a fix knows x and y: standard deviation
-    #[arg(long, default_value_t = 0.03, value_name = "M")]
+    #[arg(long, default_value_t = 0.01, value_name = "M")]
     fix_position: f64,
     /// How well a fix knows the heading: standard deviation
     #[arg(long, default_value_t = 1.0, value_name = "DEG")]
@@ -83,18 +83,19 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         .map(|log| log.name.chars().count());
     let width = names.max().unwrap_or_default().max(12);
     let mut text = format!(
-        "{:width$}  fixes  refused  {:21}{:21}k_b\n",
+        "{:width$}  fixes  refused  d2/3  {:21}{:21}k_b\n",
         "gains", "k_r", "k_l"
     );
     let calibration = learner.calibration();
-    text += &format!("{:width$}  {:16}{}\n", "before", "", gains(&calibration));
+    text += &format!("{:width$}  {:22}{}\n", "before", "", gains(&calibration));
     for log in &logs {
         let taken = learner.learn(log)?;
         text += &format!(
-            "{:width$}  {:5}  {:7}  {}\n",
+            "{:width$}  {:5}  {:7}  {:4.2}  {}\n",
             log.name,
             taken.taken,
             taken.refused,
+            taken.distance / 3.0,
             gains(&learner.calibration())
         );
     }
@@ -142,26 +143,33 @@ fn table(title: &str, verdicts: &[Verdict], width: usize) -> String {
         (|errors| errors.max_heading.to_degrees(), 2),
         (|errors| errors.final_heading.to_degrees(), 2),
     ];
-    let mut text = format!(
-        "\n{title:width$}  {:18}{:18}{:18}{:18}d2 at the end\n{:width$}",
-        "max position, m", "final position, m", "max heading, deg", "final heading, deg", ""
-    );
-    for _ in columns {
-        text += &format!("  {:8}{:8}", "before", "after");
+    let mut text = format!("\n{:width$}  ", "");
+    for name in [
+        "max position (m)",
+        "final position",
+        "max heading (deg)",
+        "final heading",
+    ] {
+        text += &format!("{name:18}");
     }
-    text += &format!("  (99 %: {REGION_99:.2})\n");
+    text += &format!("d2 of the\n{title:width$}  ");
+    for name in ["before", "after"].repeat(4) {
+        text += &format!("{name:9}");
+    }
+    text += &format!("final pose (99 %: {REGION_99:.2})\n");
     let line = |name: &str, value: &dyn Fn(Column) -> [f64; 2]| {
-        let mut text = format!("{name:width$}");
+        let mut text = format!("{name:width$}  ");
         for (column, decimals) in columns {
-            let [before, after] = value(column);
-            text += &format!("  {before:<8.decimals$}{after:<8.decimals$}");
+            for number in value(column) {
+                text += &format!("{number:<9.decimals$}");
+            }
         }
         text
     };
     for verdict in verdicts {
         let errors = [verdict.errors_before, verdict.errors_after];
         text += &line(&verdict.after.name, &|column| errors.map(|e| column(&e)));
-        text += &format!("  {:.2}\n", verdict.distance);
+        text += &format!("{:.2}\n", verdict.distance);
     }
     let over = |fold: &dyn Fn(&mut dyn Iterator<Item = f64>) -> f64, column: Column| {
         let mut before = verdicts.iter().map(|v| column(&v.errors_before));
@@ -171,10 +179,10 @@ fn table(title: &str, verdicts: &[Verdict], width: usize) -> String {
     let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / verdicts.len() as f64;
     let worst = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     text += &line("mean", &|column| over(&mean, column));
-    text.push('\n');
+    let distances = || verdicts.iter().map(|verdict| verdict.distance);
+    text += &format!("{:.2}\n", mean(&mut distances()));
     text += &line("worst", &|column| over(&worst, column));
-    let worst = verdicts.iter().map(|v| v.distance).fold(0.0, f64::max);
-    text += &format!("  {worst:.2}\n");
+    text += &format!("{:.2}\n", worst(&mut distances()));
     text
 }
 

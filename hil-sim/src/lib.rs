@@ -16,3 +16,4 @@ pub mod robot;
 pub mod script;
 pub mod soak;
 pub mod trace;
+pub mod umbmark;

@@ -5,6 +5,7 @@ mod console;
 mod run;
 mod soaking;
 mod trace_file;
+mod umbmarking;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
@@ -42,6 +43,8 @@ enum Command {
     Replay(Replay),
     /// Learn the gains from logs with ground truth, and show what that is worth
     Calibrate(calibrating::Options),
+    /// Drive the classical square test, and compare what it says with what the filter learns from it
+    Umbmark(umbmarking::Options),
     /// Count the instructions of an image's control interrupt while a script runs
     #[cfg(feature = "emulator")]
     #[command(hide = true)]
@@ -152,6 +155,7 @@ fn main() -> ExitCode {
         Some(Command::Run(run)) => run_command(&run),
         Some(Command::Replay(replay)) => replay_command(&replay),
         Some(Command::Calibrate(options)) => calibrating::calibrate_command(&options),
+        Some(Command::Umbmark(options)) => umbmarking::umbmark_command(&options),
         #[cfg(feature = "emulator")]
         Some(Command::Count(count)) => count_command(&count),
         Some(Command::Soak(options)) => soaking::soak_command(&options),

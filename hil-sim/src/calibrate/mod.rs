@@ -91,12 +91,14 @@ impl Point {
 }
 
 /// What became of a log's fixes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Taken {
     /// So many were taken …
     pub taken: usize,
     /// … and so many lay beyond the gate.
     pub refused: usize,
+    /// The mean squared Mahalanobis distance of those that were taken: 3, if the estimate knows how wrong it is.
+    pub distance: f64,
 }
 
 /// A base that is carried along recorded paths: its motors stand still, its encoders count what the log says.
@@ -200,8 +202,10 @@ impl Learner {
             if due && let Some((measured, pose)) = on_the_way.pop_front() {
                 match self.observe(pose, row.t - measured) {
                     Ok(distance) => {
+                        let distance = f64::from(distance);
                         taken.taken += 1;
-                        self.note(row.t - first.t, Some(f64::from(distance)));
+                        taken.distance += (distance - taken.distance) / taken.taken as f64;
+                        self.note(row.t - first.t, Some(distance));
                     }
                     Err(Refusal::Correction(CorrectionError::Gate(_))) => taken.refused += 1,
                     Err(refusal) => bail!("{}: a fix was refused: {refusal}", place()),
