@@ -7,6 +7,7 @@ use hil_sim::exponential::REGION_99;
 use hil_sim::plot;
 use hil_sim::replay::{Errors, Log};
 use hil_sim::robot::{self, Robot};
+use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -87,17 +88,24 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         "gains", "k_r", "k_l"
     );
     let calibration = learner.calibration();
-    text += &format!("{:width$}  {:22}{}\n", "before", "", gains(&calibration));
+    writeln!(
+        text,
+        "{:width$}  {:22}{}",
+        "before",
+        "",
+        gains(&calibration)
+    )?;
     for log in &logs {
         let taken = learner.learn(log)?;
-        text += &format!(
-            "{:width$}  {:5}  {:7}  {:4.2}  {}\n",
+        writeln!(
+            text,
+            "{:width$}  {:5}  {:7}  {:4.2}  {}",
             log.name,
             taken.taken,
             taken.refused,
             taken.distance / 3.0,
             gains(&learner.calibration())
-        );
+        )?;
     }
     let mut learned = params;
     learned.learn(&learner.calibration());
@@ -106,9 +114,9 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         logs.iter().map(verdict).collect()
     };
     let (own, others) = (judge(&logs)?, judge(&tests)?);
-    text += &table("calibrated on", &own, width);
+    text += &table("calibrated on", &own, width)?;
     if !others.is_empty() {
-        text += &table("tested on", &others, width);
+        text += &table("tested on", &others, width)?;
     }
     write!(out, "{text}").context("standard output")?;
     if let Some(path) = &options.out {
@@ -135,7 +143,7 @@ fn gains(calibration: &vehicle_controller::vehicle::Calibration) -> String {
 }
 
 /// Errors before and after, a line for each log, and their means and maxima.
-fn table(title: &str, verdicts: &[Verdict], width: usize) -> String {
+fn table(title: &str, verdicts: &[Verdict], width: usize) -> Result<String> {
     type Column = fn(&Errors) -> f64;
     let columns: [(Column, usize); 4] = [
         (|errors| errors.max_position, 4),
@@ -150,26 +158,26 @@ fn table(title: &str, verdicts: &[Verdict], width: usize) -> String {
         "max heading (deg)",
         "final heading",
     ] {
-        text += &format!("{name:18}");
+        write!(text, "{name:18}")?;
     }
-    text += &format!("d2 of the\n{title:width$}  ");
+    write!(text, "d2 of the\n{title:width$}  ")?;
     for name in ["before", "after"].repeat(4) {
-        text += &format!("{name:9}");
+        write!(text, "{name:9}")?;
     }
-    text += &format!("final pose (99 %: {REGION_99:.2})\n");
-    let line = |name: &str, value: &dyn Fn(Column) -> [f64; 2]| {
+    writeln!(text, "final pose (99 %: {REGION_99:.2})")?;
+    let line = |name: &str, value: &dyn Fn(Column) -> [f64; 2]| -> Result<String> {
         let mut text = format!("{name:width$}  ");
         for (column, decimals) in columns {
             for number in value(column) {
-                text += &format!("{number:<9.decimals$}");
+                write!(text, "{number:<9.decimals$}")?;
             }
         }
-        text
+        Ok(text)
     };
     for verdict in verdicts {
         let errors = [verdict.errors_before, verdict.errors_after];
-        text += &line(&verdict.after.name, &|column| errors.map(|e| column(&e)));
-        text += &format!("{:.2}\n", verdict.distance);
+        text += &line(&verdict.after.name, &|column| errors.map(|e| column(&e)))?;
+        writeln!(text, "{:.2}", verdict.distance)?;
     }
     let over = |fold: &dyn Fn(&mut dyn Iterator<Item = f64>) -> f64, column: Column| {
         let mut before = verdicts.iter().map(|v| column(&v.errors_before));
@@ -178,12 +186,12 @@ fn table(title: &str, verdicts: &[Verdict], width: usize) -> String {
     };
     let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / verdicts.len() as f64;
     let worst = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-    text += &line("mean", &|column| over(&mean, column));
+    text += &line("mean", &|column| over(&mean, column))?;
     let distances = || verdicts.iter().map(|verdict| verdict.distance);
-    text += &format!("{:.2}\n", mean(&mut distances()));
-    text += &line("worst", &|column| over(&worst, column));
-    text += &format!("{:.2}\n", worst(&mut distances()));
-    text
+    writeln!(text, "{:.2}", mean(&mut distances()))?;
+    text += &line("worst", &|column| over(&worst, column))?;
+    writeln!(text, "{:.2}", worst(&mut distances()))?;
+    Ok(text)
 }
 
 fn write_points(path: &Path, logs: &[Log], points: &[Point]) -> Result<()> {

@@ -7,6 +7,7 @@ use hil_sim::rig::Rig;
 use hil_sim::robot::{self, Robot};
 use hil_sim::umbmark::{ClosedForm, Squares, drive};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt::Write as _;
 use std::io::Write;
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::vehicle::{Calibration, Spread};
@@ -98,27 +99,30 @@ fn report(
         ("clockwise", errors.clockwise),
         ("counter-clockwise", errors.counter_clockwise),
     ] {
-        text += &format!("{name:19}mean return error  x {x:.4} m  y {y:.4} m\n");
+        writeln!(text, "{name:19}mean return error  x {x:.4} m  y {y:.4} m")?;
     }
-    text += &format!(
-        "{:19}alpha {:.4} deg  beta {:.4} deg  E_d {:.6}  E_b {:.6}\n",
+    writeln!(
+        text,
+        "{:19}alpha {:.4} deg  beta {:.4} deg  E_d {:.6}  E_b {:.6}",
         "closed form",
         closed.alpha.to_degrees(),
         closed.beta.to_degrees(),
         closed.unequal_diameters,
         closed.wheel_base
-    );
-    text += &format!(
-        "{:19}wheel base {:.6} m  left diameter {:.6} m  right diameter {:.6} m\n\n",
+    )?;
+    writeln!(
+        text,
+        "{:19}wheel base {:.6} m  left diameter {:.6} m  right diameter {:.6} m\n",
         "corrected",
         nominal(Id::WheelBase) * calculated[2],
         nominal(Id::LeftDiameter) * calculated[1],
         nominal(Id::RightDiameter) * calculated[0]
-    );
-    text += &format!(
-        "{:19}k_r       k_l       k_b       k_r/k_l   k_b/k_d   E_max,syst (m)  max error (m)\n",
+    )?;
+    writeln!(
+        text,
+        "{:19}k_r       k_l       k_b       k_r/k_l   k_b/k_d   E_max,syst (m)  max error (m)",
         "gains"
-    );
+    )?;
     for (name, gains) in [
         ("true", true_gains(robot)),
         ("before", was),
@@ -127,19 +131,21 @@ fn report(
     ] {
         let [right, left, base] = gains;
         let params = with_gains(params, gains);
-        text += &format!(
-            "{name:19}{right:.6}  {left:.6}  {base:.6}  {:.6}  {:.6}  {:<14.5}  {:.5}\n",
+        writeln!(
+            text,
+            "{name:19}{right:.6}  {left:.6}  {base:.6}  {:.6}  {:.6}  {:<14.5}  {:.5}",
             right / left,
             base / f64::midpoint(right, left),
             squares.return_errors(robot, &params)?.largest(),
             squares.worst(robot, &params)?
-        );
+        )?;
     }
     let [right, left, base] = learned.spread.deviations();
-    text += &format!(
-        "{:19}{right:.6}  {left:.6}  {base:.6}\n",
+    writeln!(
+        text,
+        "{:19}{right:.6}  {left:.6}  {base:.6}",
         "filter's deviation"
-    );
+    )?;
     Ok(text)
 }
 

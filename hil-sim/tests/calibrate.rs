@@ -247,8 +247,7 @@ fn the_command_reports_gains_and_errors_and_writes_and_draws() {
     let line = |start: &str| {
         printed
             .lines()
-            .filter(|line| line.starts_with(start))
-            .last()
+            .rfind(|line| line.starts_with(start))
             .unwrap()
     };
     // Before and after, of the log that was not learned from.
