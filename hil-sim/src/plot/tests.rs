@@ -1,6 +1,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::PathBuf;
 
+use super::convergence::convergence_scene;
 use super::replay::replay_scene;
 use super::scene::{HEIGHT, Shape};
 use super::*;
@@ -226,6 +227,24 @@ fn texts_neither_overlap_nor_leave_the_figure() {
         .collect();
     check_texts(&replay_scene(&many[..1], title).unwrap());
     check_texts(&replay_scene(&many, title).unwrap());
+    for points in [learned(1), learned(500)] {
+        check_texts(&convergence_scene(&points, None, title).unwrap());
+    }
+}
+
+/// Gains that settle, over three logs.
+fn learned(count: usize) -> Vec<crate::calibrate::Point> {
+    let point = |index| {
+        let known = 1.0 / (1.0 + index as f64);
+        crate::calibrate::Point {
+            t: 2.0 * index as f64,
+            log: 3 * index / count,
+            gains: [1.0 - 0.01 * noise(index, 0) * known, 0.994, 1.007],
+            covariance: nalgebra::Matrix3::identity() * 1e-4 * known,
+            distance: None,
+        }
+    };
+    (0..count).map(point).collect()
 }
 
 #[test]
@@ -368,4 +387,11 @@ fn bad_requests_are_refused() {
         "path `short` has 600 estimated poses but 599 covariances"
     );
     assert!(plot_replay(&[], "", Path::new("a.svg")).is_err());
+    assert!(plot_convergence(&[], None, "", Path::new("a.svg")).is_err());
+    let mut points = learned(3);
+    points[1].gains[2] = f64::NAN;
+    assert_eq!(
+        message(plot_convergence(&points, None, "", Path::new("a.svg"))),
+        "at 2 s there is a gain that is not finite"
+    );
 }
