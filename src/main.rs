@@ -95,7 +95,7 @@ mod app {
     ])]
     fn init(ctx: init::Context) -> (Shared, Local) {
         let defaults = Params::default();
-        let built_in = defaults.build(PERIOD).vehicle;
+        let built_in = defaults.vehicle();
         let mut board = match Board::start(ctx.core, ctx.device, WATCHDOG, &built_in) {
             Ok(board) => board,
             Err(message) => fail(message),

@@ -123,9 +123,11 @@ fn a_stop_counts_for_what_moves_before_it_however_many_stops_came_earlier() {
     assert_eq!(speed(&rig), 0.0);
     // Too many lines wait for it to be remembered at all.
     let mut rig = Rig::new();
-    let tagged: String = (1..=40).map(|tag| format!("@{tag} GetTime\n")).collect();
-    let lines = format!("Stop\nm 50 0.5 1\nGetTime\nGetTime\n{tagged}Stop\n");
-    rig.receive(lines.as_bytes());
+    rig.receive(b"Stop\nm 50 0.5 1\nGetTime\nGetTime\n");
+    for tag in 1..=40 {
+        rig.receive(format!("@{tag} GetTime\n").as_bytes());
+    }
+    rig.receive(b"Stop\n");
     rig.run(3.0);
     assert_eq!(speed(&rig), 0.0);
     // And it is over: a move after it goes on.

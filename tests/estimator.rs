@@ -4,7 +4,7 @@ mod counts;
 
 use counts::{BASE, COUNT, Odometry, geometry, noise, quantised, smallest_eigenvalue};
 use nalgebra::{Matrix3, Rotation2, Vector3};
-use vehicle_controller::controller::correction::{Terms, observe_pose};
+use vehicle_controller::controller::correction::{Terms, Update};
 use vehicle_controller::controller::{Estimate, Noise};
 use vehicle_controller::vehicle::Spread;
 
@@ -266,7 +266,8 @@ fn a_fix_is_accepted_wherever_a_long_straight_run_has_led() {
                 gate: 0.0,
                 learns: false,
             };
-            let fixed = observe_pose(&belief, &Spread::NONE, innovation, &r, terms);
+            let mut update = Update::none(&belief, &Spread::NONE);
+            let fixed = update.by_pose(&belief.leverage, &innovation, &r, terms);
             if fixed.is_err() {
                 refused.push((heading, distance));
             }

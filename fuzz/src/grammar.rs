@@ -125,11 +125,30 @@ pub enum Ask {
     GetParam(Id),
     /// SetParam.
     SetParam(Id, f64),
+    /// Calibrate.
+    Calibrate(Calibrate),
     /// A command without parameters, by its name in the table below.
     Plain(&'static str),
 }
 
+/// What of the gains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Calibrate {
+    /// Observations correct them, or do not.
+    Learn(bool),
+    /// They are forgotten.
+    Reset,
+    /// The last move was so long.
+    Straight,
+}
+
 impl Ask {
+    /// True if it has numbers beyond any parameter's range.
+    pub fn is_huge(self) -> bool {
+        let is = |x: &Option<f64>| x.is_some_and(|x| x.abs() > 1e8);
+        matches!(self, Self::Motion(_, [_, v, a]) if is(&v) || is(&a))
+    }
+
     /// True if it may move the base, or let it.
     pub fn may_move(self) -> bool {
         matches!(
@@ -139,8 +158,9 @@ impl Ask {
     }
 }
 
-const PLAIN: [&str; 17] = [
+const PLAIN: [&str; 18] = [
     "Stop",
+    "GetGains",
     "GetEstPos",
     "GetEstSpeed",
     "GetStatus",
@@ -159,7 +179,8 @@ const PLAIN: [&str; 17] = [
     "ResetParams",
 ];
 
-const WITH_PARAMETERS: [&str; 11] = [
+const WITH_PARAMETERS: [&str; 12] = [
+    "Calibrate",
     "m",
     "move",
     "t",
@@ -173,7 +194,14 @@ const WITH_PARAMETERS: [&str; 11] = [
     "SetParam",
 ];
 
-const TOPICS: [&str; 5] = ["motion", "position", "state", "safety", "parameters"];
+const TOPICS: [&str; 6] = [
+    "motion",
+    "position",
+    "calibration",
+    "state",
+    "safety",
+    "parameters",
+];
 
 const FIELDS: [&str; 31] = [
     "t",
@@ -287,6 +315,20 @@ fn command(keyword: &[u8], words: &mut Words<'_, '_>) -> Option<Ask> {
                 words.doubts.must.add(Codes::RANGE);
             }
             Some(Ask::Observe(words.age()))
+        }
+        "Calibrate" => {
+            let words_known = ["on", "off", "reset", "straight"];
+            let what = words.next().and_then(|word| find(&words_known, word));
+            words.doubts.must.add_if(what.is_none(), Codes::SYNTAX);
+            Some(Ask::Calibrate(match what? {
+                "reset" => Calibrate::Reset,
+                "straight" => {
+                    let length = words.number()?;
+                    words.doubts.limit(length, 0.1, 1000.0);
+                    Calibrate::Straight
+                }
+                switch => Calibrate::Learn(switch == "on"),
+            }))
         }
         "Stream" => {
             let period = words.number()?;

@@ -71,6 +71,8 @@ pub(crate) struct Session<'a> {
     /// Rows of a list that are still to come.
     rows: usize,
     params: Params,
+    /// Observations correct the gains.
+    learns: bool,
     /// The case of checks since they are required: upper, lower; nothing if it is not known.
     letters: Option<[bool; 2]>,
     /// v and a that the last accepted moves and turns gave.
@@ -130,6 +132,7 @@ impl<'a> Session<'a> {
             framing_only,
             rows: 0,
             params,
+            learns: false,
             letters: Some([false; 2]),
             given: [[None; 2]; 2],
             estop_received: false,

@@ -112,6 +112,16 @@ pub fn of_snapshot(command: &str, reply: &str, snapshot: &Snapshot) {
                 && close(w, f64::from(rotation.speed) * DEGREES, 1e-5);
             assert!(same, "{reply} of {snapshot:?}");
         }
+        "GetGains" => {
+            let [right, left, base, deviations @ ..] = numbers(reply, "Gains", [6; 6]);
+            let known = [right, left, base]
+                .iter()
+                .all(|gain| (0.8..=1.25).contains(gain));
+            let fine = deviations
+                .iter()
+                .all(|deviation| (0.0..2.0).contains(deviation));
+            assert!(known && fine, "{reply}");
+        }
         "GetStatus" => {
             let [moves, turns, flags, fault] = words(reply, "Status");
             let enabled = if snapshot.enabled {

@@ -7,6 +7,7 @@
 
 use super::estimator::{Estimate, Pose};
 use super::reckoning::Reckoning;
+use crate::math::{product, product_transposed, sum};
 use crate::vehicle::Spread;
 use nalgebra::Matrix3;
 
@@ -25,8 +26,14 @@ impl Belief {
     /// Γ P Γᵀ: what the gains add to the covariance.
     #[must_use]
     pub fn shared(&self, spread: &Spread) -> Matrix3<f64> {
-        let root = self.leverage * spread.matrix();
-        root * root.transpose()
+        let root = product(&self.leverage, &spread.matrix());
+        product_transposed(&root, &root)
+    }
+
+    /// What the gains have done to the pose becomes its own: they are others from here on.
+    pub fn absorb(&mut self, spread: &Spread) {
+        self.own = sum(&self.own, 1.0, &self.shared(spread));
+        self.leverage = Matrix3::zeros();
     }
 
     /// The estimate, for gains that are known as well as this.
@@ -34,7 +41,7 @@ impl Belief {
     pub fn estimate(&self, spread: &Spread) -> Estimate {
         Estimate {
             pose: self.pose,
-            covariance: self.own + self.shared(spread),
+            covariance: sum(&self.own, 1.0, &self.shared(spread)),
         }
     }
 }

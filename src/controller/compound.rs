@@ -122,6 +122,11 @@ impl Odometer {
         (self.travelled.get() + self.translation.get() + self.rotation.get()).is_finite()
     }
 
+    /// ΔS since start-up, m.
+    pub(super) fn travelled(&self) -> f64 {
+        self.travelled.to_f64()
+    }
+
     /// ΔS and the variations since an earlier state of it.
     pub(super) fn since(&self, earlier: &Self) -> (f32, Twist) {
         let difference = |a: Sum, b: Sum| a.minus(b).get();

@@ -21,10 +21,11 @@
 use super::belief::Belief;
 use super::estimator::{Pose, transport};
 use crate::math::{
-    NotPositive, is_finite, nearest_positive, positive_part, symmetric, transported, wrap,
+    NotPositive, add_outer, along, applied, inner, is_finite, nearest_positive, positive_part,
+    product, product_transposed, sum, symmetric, symmetric_part, transported, wrap,
     written_covariance,
 };
-use crate::vehicle::{Calibration, GAINS, Spread};
+use crate::vehicle::{GAINS, Spread};
 use nalgebra::{Matrix3, Vector3};
 
 /// Why a correction was refused. Nothing has changed.
@@ -77,34 +78,135 @@ pub struct Update {
     spread: Matrix3<f64>,
 }
 
-/// P := P + K ΔP, C := C − K C (CorrectPos), with C the whole covariance. The gains are considered. `shift` is ΔP in m, m, rad; `gain` is K.
-///
-/// # Errors
-/// [`CorrectionError::NotPositive`] if the result is not symmetric (1e-3) or not positive semi-definite (−1e-5), both in correlation scale.
-pub fn with_gain(
-    belief: &Belief,
-    spread: &Spread,
-    shift: Vector3<f64>,
-    gain: &Matrix3<f64>,
-) -> Result<Update, CorrectionError> {
-    let c = belief.own + belief.shared(spread);
-    let after = symmetric(&(c - gain * c), &c).map_err(|_| CorrectionError::NotPositive)?;
-    let after = nearest_positive(&after, &c)?;
-    let absorbed = gain * belief.leverage;
-    let left = Belief {
-        leverage: belief.leverage - absorbed,
-        ..*belief
-    };
-    Update {
-        pose: belief.pose,
-        before: belief.own,
-        after: positive_part(&(after - left.shared(spread))),
-        shift: gain * shift,
-        absorbed,
-        gains: Vector3::zeros(),
-        spread: spread.covariance(),
+impl Update {
+    /// None at all, of this state.
+    #[must_use]
+    pub fn none(belief: &Belief, spread: &Spread) -> Self {
+        Self {
+            pose: belief.pose,
+            before: belief.own,
+            after: belief.own,
+            shift: Vector3::zeros(),
+            absorbed: Matrix3::zeros(),
+            gains: Vector3::zeros(),
+            spread: spread.covariance(),
+        }
     }
-    .checked()
+
+    /// P := P + K ΔP, C := C − K C (CorrectPos), with C the whole covariance. The gains are considered. `shift` is ΔP in m, m, rad; `gain` is K.
+    ///
+    /// # Errors
+    /// [`CorrectionError::NotPositive`] if the result is not symmetric (1e-3) or not positive semi-definite (−1e-5), both in correlation scale.
+    #[inline(never)]
+    pub fn by_gain(
+        &mut self,
+        leverage: &Matrix3<f64>,
+        shift: &Vector3<f64>,
+        gain: &Matrix3<f64>,
+    ) -> Result<(), CorrectionError> {
+        let c = sum(&self.before, 1.0, &self.through(leverage));
+        let after = symmetric(&sum(&c, -1.0, &product(gain, &c)), &c)
+            .map_err(|_| CorrectionError::NotPositive)?;
+        let after = nearest_positive(&after, &c)?;
+        self.absorbed = product(gain, leverage);
+        let left = self.through(&sum(leverage, -1.0, &self.absorbed));
+        self.after = positive_part(&sum(&after, -1.0, &left));
+        self.shift = applied(gain, shift);
+        self.check()
+    }
+
+    /// Γ P Γᵀ.
+    #[inline(never)]
+    fn through(&self, leverage: &Matrix3<f64>) -> Matrix3<f64> {
+        product_transposed(&product(leverage, &self.spread), leverage)
+    }
+
+    /// An observation of the whole pose with innovation ν and covariance R; gives d².
+    ///
+    /// # Errors
+    /// [`CorrectionError::NotPositive`] if R is not symmetric positive semi-definite, or the innovation's covariance is singular;
+    /// [`CorrectionError::Gate`] if d² exceeds the gate.
+    #[inline(never)]
+    pub fn by_pose(
+        &mut self,
+        leverage: &Matrix3<f64>,
+        innovation: &Vector3<f64>,
+        r: &Matrix3<f64>,
+        terms: Terms,
+    ) -> Result<f32, CorrectionError> {
+        let r = written_covariance(r)?;
+        let scale = self.before.diagonal() + self.through(leverage).diagonal() + r.diagonal();
+        // R = L D Lᵀ: L⁻¹ z has the covariance D.
+        let (l, d) = ldl(&r);
+        let (mut rows, mut z) = (Matrix3::<f64>::identity(), *innovation);
+        for i in 1..3 {
+            for j in 0..i {
+                for column in 0..3 {
+                    rows[(i, column)] -= l[(i, j)] * rows[(j, column)];
+                }
+                z[i] -= l[(i, j)] * z[j];
+            }
+        }
+        let mut filter = Filter::new(self, leverage, terms.learns);
+        for i in 0..3 {
+            let h = rows.row(i).transpose();
+            filter.take(&h, d[i], z[i], scale[i])?;
+        }
+        filter.finish(leverage, terms.gate)
+    }
+
+    /// An observation of one number with innovation ν, variance r and row h; gives d².
+    ///
+    /// # Errors
+    /// As for [`by_pose`](Self::by_pose).
+    #[inline(never)]
+    pub fn by_number(
+        &mut self,
+        leverage: &Matrix3<f64>,
+        innovation: f64,
+        variance: f64,
+        row: &Vector3<f64>,
+        terms: Terms,
+    ) -> Result<f32, CorrectionError> {
+        if variance.is_nan() || variance < 0.0 {
+            return Err(CorrectionError::NotPositive);
+        }
+        let mut filter = Filter::new(self, leverage, terms.learns);
+        filter.take(row, variance, innovation, 0.0)?;
+        filter.finish(leverage, terms.gate)
+    }
+
+    /// A straight run that was `longer` (m) than odometry says. `effects` is by how much each gain makes it longer.
+    ///
+    /// # Errors
+    /// [`CorrectionError::NotFinite`].
+    #[inline(never)]
+    pub fn by_run(&mut self, effects: &[f32; GAINS], longer: f64) -> Result<(), CorrectionError> {
+        let h = Vector3::from(effects.map(f64::from));
+        if inner(&h, &applied(&self.spread, &h)) < TAPE * TAPE {
+            // Both wheels alike.
+            let common = h.map(|e| if e > 0.0 { UNKNOWN } else { 0.0 });
+            add_outer(&mut self.spread, 1.0, &common, &common);
+        }
+        let ph = applied(&self.spread, &h);
+        let s = TAPE * TAPE + inner(&h, &ph);
+        add_outer(&mut self.spread, -1.0 / s, &ph, &ph);
+        self.gains = ph * (longer / s);
+        self.check()
+    }
+
+    fn check(&self) -> Result<(), CorrectionError> {
+        let shift = self.shift + self.gains;
+        if shift.iter().all(|e| e.is_finite())
+            && is_finite(&self.after)
+            && is_finite(&self.absorbed)
+            && is_finite(&self.spread)
+        {
+            Ok(())
+        } else {
+            Err(CorrectionError::NotFinite)
+        }
+    }
 }
 
 /// What is observed, and how it is taken.
@@ -116,101 +218,15 @@ pub struct Terms {
     pub learns: bool,
 }
 
-/// An observation of the whole pose with innovation ν and covariance R. Returns the update and d².
-///
-/// # Errors
-/// [`CorrectionError::NotPositive`] if R is not symmetric positive semi-definite, or the innovation's covariance is singular;
-/// [`CorrectionError::Gate`] if d² exceeds the gate.
-pub fn observe_pose(
-    belief: &Belief,
-    spread: &Spread,
-    innovation: Vector3<f64>,
-    r: &Matrix3<f64>,
-    terms: Terms,
-) -> Result<(Update, f32), CorrectionError> {
-    let r = written_covariance(r)?;
-    let all = belief.own + belief.shared(spread) + r;
-    let mut filter = Filter::new(belief, spread, terms.learns);
-    // R = L D Lᵀ: L⁻¹ z has the covariance D.
-    let (l, d) = ldl(&r);
-    let (mut rows, mut z) = (Matrix3::<f64>::identity(), innovation);
-    for i in 1..3 {
-        for j in 0..i {
-            let row = rows.row(j) * l[(i, j)];
-            rows.row_mut(i).zip_apply(&row, |e, o| *e -= o);
-            z[i] -= l[(i, j)] * z[j];
-        }
-    }
-    for i in 0..3 {
-        let h = rows.row(i).transpose();
-        filter.take(&h, d[i], z[i], all[(i, i)])?;
-    }
-    filter.finish(belief, terms)
-}
-
-/// An observation of one number with innovation ν, variance r and row h. Returns the update and d².
-///
-/// # Errors
-/// As for [`observe_pose`].
-pub fn observe_scalar(
-    belief: &Belief,
-    spread: &Spread,
-    innovation: f64,
-    variance: f64,
-    row: &Vector3<f64>,
-    terms: Terms,
-) -> Result<(Update, f32), CorrectionError> {
-    if variance.is_nan() || variance < 0.0 {
-        return Err(CorrectionError::NotPositive);
-    }
-    let mut filter = Filter::new(belief, spread, terms.learns);
-    filter.take(row, variance, innovation, 0.0)?;
-    filter.finish(belief, terms)
-}
-
 /// How well a tape measures, m.
 const TAPE: f64 = 5e-3;
 /// Gains that are said to be known, and are measured all the same, may be off by so much.
 const UNKNOWN: f64 = 0.02;
 
-/// A straight run that was `longer` (m) than odometry says. `effects` is by how much each gain makes it longer.
-///
-/// # Errors
-/// [`CorrectionError::NotFinite`].
-pub fn measured_run(
-    belief: &Belief,
-    calibration: &Calibration,
-    effects: &[f32; GAINS],
-    longer: f64,
-) -> Result<Update, CorrectionError> {
-    let h = Vector3::from(effects.map(f64::from));
-    let mut spread = calibration.spread.covariance();
-    if h.dot(&(spread * h)) < TAPE * TAPE {
-        // Both wheels alike.
-        let common = h.map(|e| if e > 0.0 { UNKNOWN } else { 0.0 });
-        spread += common * common.transpose();
-    }
-    let ph = spread * h;
-    let s = TAPE * TAPE + h.dot(&ph);
-    Update {
-        pose: belief.pose,
-        before: belief.own,
-        after: belief.own,
-        shift: Vector3::zeros(),
-        absorbed: Matrix3::zeros(),
-        gains: ph * (longer / s),
-        spread: spread - ph * ph.transpose() / s,
-    }
-    .checked()
-}
-
-/// What is known while an observation is taken, number by number.
-struct Filter {
-    own: Matrix3<f64>,
+/// An update while an observation is taken, number by number.
+struct Filter<'a> {
+    update: &'a mut Update,
     leverage: Matrix3<f64>,
-    spread: Matrix3<f64>,
-    shift: Vector3<f64>,
-    gains: Vector3<f64>,
     distance: f64,
     learns: bool,
 }
@@ -218,14 +234,11 @@ struct Filter {
 /// Of an innovation's variance, so much may be rounding.
 const NOTHING: f64 = 1e-10;
 
-impl Filter {
-    fn new(belief: &Belief, spread: &Spread, learns: bool) -> Self {
+impl<'a> Filter<'a> {
+    fn new(update: &'a mut Update, leverage: &Matrix3<f64>, learns: bool) -> Self {
         Self {
-            own: belief.own,
-            leverage: belief.leverage,
-            spread: spread.covariance(),
-            shift: Vector3::zeros(),
-            gains: Vector3::zeros(),
+            update,
+            leverage: *leverage,
             distance: 0.0,
             learns,
         }
@@ -240,56 +253,58 @@ impl Filter {
         innovation: f64,
         scale: f64,
     ) -> Result<(), CorrectionError> {
-        let ch = self.own * h;
-        let lever = self.leverage.tr_mul(h);
-        let pl = self.spread * lever;
-        let own = variance + h.dot(&ch);
-        let s = own + lever.dot(&pl);
-        // A variance of nothing means that both the estimate and the observation claim to be exact. Written so that a NaN is refused, too.
-        if !(s > NOTHING * scale) {
+        let update = &mut *self.update;
+        let ch = applied(&update.after, h);
+        let lever = applied(&self.leverage.transpose(), h);
+        let pl = applied(&update.spread, &lever);
+        let own = variance + inner(h, &ch);
+        let s = own + inner(&lever, &pl);
+        // A variance of nothing means that both the estimate and the observation claim to be exact.
+        if s.is_nan() || s <= NOTHING * scale {
             return Err(CorrectionError::NotPositive);
         }
-        let left = innovation - h.dot(&self.shift);
+        let left = innovation - inner(h, &update.shift);
         self.distance += left * left / s;
         let (k, left) = if self.learns {
-            let gain = pl / s;
-            let change = gain * left;
-            self.spread -= gain * pl.transpose();
-            self.gains += change;
-            self.shift += self.leverage * change;
-            let k = if own > NOTHING * scale {
-                ch / own
+            let change = pl * (left / s);
+            add_outer(&mut update.spread, -1.0 / s, &pl, &pl);
+            update.gains = along(&update.gains, 1.0, &change);
+            update.shift = along(&update.shift, 1.0, &applied(&self.leverage, &change));
+            // What is known exactly is not corrected.
+            let inverse = if own > NOTHING * scale {
+                1.0 / own
             } else {
-                Vector3::zeros()
+                0.0
             };
-            (k, left - lever.dot(&change))
+            (ch * inverse, left - inner(&lever, &change))
         } else {
-            ((ch + self.leverage * pl) / s, left)
+            let both = along(&ch, 1.0, &applied(&self.leverage, &pl));
+            (both * (1.0 / s), left)
         };
-        self.shift += k * left;
-        self.leverage -= k * lever.transpose();
-        let taken = k * ch.transpose();
-        self.own += k * k.transpose() * own - taken - taken.transpose();
+        update.shift = along(&update.shift, left, &k);
+        add_outer(&mut self.leverage, -1.0, &k, &lever);
+        // (I − k hᵀ) C (I − k hᵀ)ᵀ + r k kᵀ
+        add_outer(&mut update.after, -1.0, &k, &ch);
+        add_outer(&mut update.after, -1.0, &ch, &k);
+        add_outer(&mut update.after, own, &k, &k);
         Ok(())
     }
 
-    fn finish(self, belief: &Belief, terms: Terms) -> Result<(Update, f32), CorrectionError> {
+    #[inline(never)]
+    fn finish(self, leverage: &Matrix3<f64>, gate: f64) -> Result<f32, CorrectionError> {
+        let distance = self.distance as f32;
         if !self.distance.is_finite() {
             return Err(CorrectionError::NotFinite);
         }
-        if terms.gate > 0.0 && self.distance > terms.gate {
-            return Err(CorrectionError::Gate(self.distance as f32));
+        if gate > 0.0 && self.distance > gate {
+            return Err(CorrectionError::Gate(distance));
         }
-        let update = Update {
-            pose: belief.pose,
-            before: belief.own,
-            after: positive_part(&self.own),
-            shift: self.shift - belief.leverage * self.gains,
-            absorbed: belief.leverage - self.leverage,
-            gains: self.gains,
-            spread: self.spread,
-        };
-        Ok((update.checked()?, self.distance as f32))
+        let update = self.update;
+        update.after = positive_part(&update.after);
+        update.shift = along(&update.shift, -1.0, &applied(leverage, &update.gains));
+        update.absorbed = sum(leverage, -1.0, &self.leverage);
+        update.check()?;
+        Ok(distance)
     }
 }
 
@@ -307,6 +322,7 @@ fn ldl(m: &Matrix3<f64>) -> (Matrix3<f64>, Vector3<f64>) {
 }
 
 /// Inverse of a covariance, if it is regular in correlation scale.
+#[inline(never)]
 fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let d = m
         .diagonal()
@@ -339,18 +355,6 @@ fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 }
 
 impl Update {
-    fn checked(self) -> Result<Self, CorrectionError> {
-        let shift = self.shift + self.gains;
-        if !shift.iter().all(|e| e.is_finite())
-            || !is_finite(&self.after)
-            || !is_finite(&self.absorbed)
-            || !is_finite(&self.spread)
-        {
-            return Err(CorrectionError::NotFinite);
-        }
-        Ok(self)
-    }
-
     /// The correction of the gains, and how well they are known after it.
     #[must_use]
     pub fn gains(&self) -> (Vector3<f64>, Spread) {
@@ -360,43 +364,57 @@ impl Update {
     /// Carries the update to a later state of the same journey (or to the same one).
     ///
     /// With Φ the product of F since: P̂ := P̂ + Φ K ν + Γ δg, C := Φ C⁺ Φᵀ + Q, where Q = C − Φ C⁻ Φᵀ is the noise since, Γ := Γ − Φ K H Γ⁻.
-    #[must_use]
-    pub fn carried_to_later(&self, belief: &Belief) -> Belief {
+    pub fn carry_to_later(&self, belief: &mut Belief) {
         let dx = belief.pose.x - self.pose.x;
         let dy = belief.pose.y - self.pose.y;
-        let noise = belief.own - transported(&self.before, dx, dy);
-        let own = transported(&self.after, dx, dy) + positive_part(&noise);
-        self.moved(belief, &transport(dx, dy), own)
+        self.move_along(belief, &transport(dx, dy));
+        self.spread_later(&mut belief.own, dx, dy);
+    }
+
+    #[inline(never)]
+    fn spread_later(&self, own: &mut Matrix3<f64>, dx: f64, dy: f64) {
+        let noise = positive_part(&sum(own, -1.0, &transported(&self.before, dx, dy)));
+        *own = sum(&transported(&self.after, dx, dy), 1.0, &noise);
     }
 
     /// Carries the update to an earlier state: the smoother's gain is C_τ Φᵀ (Φ C_τ Φᵀ + Q)⁻¹. Where that is singular, what the past knows of its own is left
     /// as it was. (The last factor should be C⁻¹; but what the ring knows of its past is not quite what it would be had it known all in time, and a C
     /// smaller than what C_τ has become of would make the gain a multiple of what it can be.)
-    #[must_use]
-    pub fn carried_to_earlier(&self, belief: &Belief) -> Belief {
-        let (dx, dy) = (self.pose.x - belief.pose.x, self.pose.y - belief.pose.y);
-        let c = belief.own;
-        let arrived = transported(&c, dx, dy);
-        let noise = positive_part(&(self.before - arrived));
-        let gain = invert(&(arrived + noise)).map_or_else(Matrix3::zeros, |inverse| {
-            c * transport(dx, dy).transpose() * inverse
-        });
-        let c = c + gain * (self.after - self.before) * gain.transpose();
-        self.moved(belief, &gain, positive_part(&((c + c.transpose()) * 0.5)))
+    pub fn carry_to_earlier(&self, belief: &mut Belief) {
+        // Φ from there to here is the inverse of Φ from here to there.
+        let dx = self.pose.x - belief.pose.x;
+        let dy = self.pose.y - belief.pose.y;
+        let gain = self.smoother(&belief.own, dx, dy);
+        self.move_along(belief, &gain);
+        self.spread_earlier(&mut belief.own, &gain);
+    }
+
+    #[inline(never)]
+    fn smoother(&self, own: &Matrix3<f64>, dx: f64, dy: f64) -> Matrix3<f64> {
+        let arrived = transported(own, dx, dy);
+        let noise = positive_part(&sum(&self.before, -1.0, &arrived));
+        match invert(&sum(&arrived, 1.0, &noise)) {
+            Some(inverse) => product(&product_transposed(own, &transport(dx, dy)), &inverse),
+            None => Matrix3::zeros(),
+        }
+    }
+
+    #[inline(never)]
+    fn spread_earlier(&self, own: &mut Matrix3<f64>, gain: &Matrix3<f64>) {
+        let change = product(gain, &sum(&self.after, -1.0, &self.before));
+        let own_after = sum(own, 1.0, &product_transposed(&change, gain));
+        *own = positive_part(&symmetric_part(&own_after));
     }
 
     /// `gain` is by how much another pose goes along with the one that was corrected.
-    fn moved(&self, belief: &Belief, gain: &Matrix3<f64>, own: Matrix3<f64>) -> Belief {
-        let shift = gain * self.shift + belief.leverage * self.gains;
-        Belief {
-            pose: Pose {
-                x: belief.pose.x + shift.x,
-                y: belief.pose.y + shift.y,
-                theta: belief.pose.theta + shift.z,
-            },
-            own,
-            leverage: belief.leverage - gain * self.absorbed,
-        }
+    #[inline(never)]
+    fn move_along(&self, belief: &mut Belief, gain: &Matrix3<f64>) {
+        let through_gains = applied(&belief.leverage, &self.gains);
+        let shift = along(&applied(gain, &self.shift), 1.0, &through_gains);
+        belief.pose.x += shift.x;
+        belief.pose.y += shift.y;
+        belief.pose.theta += shift.z;
+        belief.leverage = sum(&belief.leverage, -1.0, &product(gain, &self.absorbed));
     }
 }
 

@@ -157,17 +157,21 @@ impl Estimator {
         }
     }
 
-    /// Takes new noise parameters over; what was travelled keeps its old ones.
-    pub fn set_noise(&mut self, noise: Noise) {
+    /// Takes other parameters over; what was travelled keeps its old ones. `influence` is that of the gains in `calibration`.
+    pub fn configure(&mut self, noise: Noise, calibration: Calibration, influence: Influence) {
         self.fold();
+        if calibration != self.calibration {
+            self.reckoning.absorb(&self.calibration.spread);
+        }
         self.noise = noise;
-    }
-
-    /// Takes over what is known of the gains, and what they do to the motions from here on.
-    pub fn calibrate(&mut self, calibration: Calibration, influence: Influence) {
-        self.fold();
         self.calibration = calibration;
         self.influence = influence;
+    }
+
+    /// ΔS since start-up, m.
+    #[must_use]
+    pub fn travelled(&self) -> f64 {
+        self.present_odometer().travelled()
     }
 
     /// By how much a straight motion of ΔS (m) is longer for each gain, m.

@@ -5,9 +5,10 @@
 
 use super::belief::Belief;
 use super::correction::Update;
-use super::estimator::Pose;
-use crate::math::upper_triangle;
+use super::estimator::{Pose, transport};
+use crate::math::{product, sum, transported, upper_triangle};
 use crate::time::{self, Duration, Instant};
+use crate::vehicle::Spread;
 use heapless::Deque;
 use nalgebra::Matrix3;
 
@@ -59,6 +60,15 @@ impl From<&Entry> for Past {
     }
 }
 
+impl Entry {
+    #[inline(never)]
+    fn correct(&mut self, update: &Update, at: Instant) {
+        let mut past = Past::from(&*self);
+        past.correct(update, at);
+        *self = Self::from(&past);
+    }
+}
+
 /// By columns.
 fn leverage_of(entry: &Entry) -> [[f64; 3]; 3] {
     let [a, b, c, d, e, f, g, h, i] = entry.leverage.map(f64::from);
@@ -68,9 +78,9 @@ fn leverage_of(entry: &Entry) -> [[f64; 3]; 3] {
 /// The oldest observation that is taken.
 pub const MAX_AGE: Duration = Duration::millis(1500);
 /// Distance of the entries.
-const SPACING: Duration = Duration::millis(30);
+const SPACING: Duration = Duration::millis(32);
 /// Enough for 1.5 s, and one to spare on either side.
-const LENGTH: usize = 52;
+const LENGTH: usize = 49;
 
 /// Past poses, at least 1.5 s of them.
 #[derive(Clone, Debug, Default)]
@@ -93,14 +103,20 @@ struct Revision {
 
 impl History {
     /// Adds the present, if enough time has passed since the last entry.
+    #[inline]
     pub fn record(&mut self, now: Instant, present: impl FnOnce() -> Belief) {
         let due = self
             .ring
             .back()
             .is_none_or(|newest| time::since(now, newest.time) >= SPACING);
-        if !due {
-            return;
+        if due {
+            self.push(now, present);
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn push(&mut self, now: Instant, present: impl FnOnce() -> Belief) {
         if self.ring.is_full() {
             self.ring.pop_front();
         }
@@ -110,6 +126,19 @@ impl History {
             belief: present(),
         };
         let _ = self.ring.push_back(Entry::from(&past));
+    }
+
+    /// The gains, known as well as this so far, are others from here on.
+    pub fn absorb(&mut self, spread: &Spread) {
+        if !self.is_consistent() {
+            // There is no time to carry the correction through first.
+            self.clear();
+        }
+        for entry in &mut self.ring {
+            let mut past = Past::from(&*entry);
+            past.belief.absorb(spread);
+            *entry = Entry::from(&past);
+        }
     }
 
     /// Forgets everything.
@@ -126,11 +155,12 @@ impl History {
 
     /// What was known at `time`, between entries by interpolation; none if the ring does not reach back so far.
     #[must_use]
-    pub fn at(&self, time: Instant, now: Past) -> Option<Past> {
+    #[inline(never)]
+    pub fn at(&self, time: Instant, now: &Past) -> Option<Past> {
         let mut later = None;
         for entry in self.ring.iter().rev() {
             if entry.time <= time {
-                let after = later.map_or(now, Past::from);
+                let after = later.map_or(*now, Past::from);
                 return Some(interpolate(&Past::from(entry), &after, time));
             }
             later = Some(entry);
@@ -165,10 +195,8 @@ impl History {
         };
         match self.ring.iter_mut().find(due) {
             Some(entry) => {
-                let mut past = Past::from(&*entry);
-                past.correct(&revision.update, revision.at);
-                *entry = Entry::from(&past);
-                revision.done = Some(past.time);
+                entry.correct(&revision.update, revision.at);
+                revision.done = Some(entry.time);
             }
             None => self.revision = None,
         }
@@ -179,36 +207,49 @@ impl History {
 impl Past {
     /// Takes in a correction that was made to the estimate of the instant `at`.
     pub fn correct(&mut self, update: &Update, at: Instant) {
-        self.belief = if self.time >= at {
-            update.carried_to_later(&self.belief)
+        if self.time >= at {
+            update.carry_to_later(&mut self.belief);
         } else {
-            update.carried_to_earlier(&self.belief)
-        };
+            update.carry_to_earlier(&mut self.belief);
+        }
     }
 }
 
-/// Linear in pose and covariance: over 30 ms an arc differs from its chord by 0.2 mm at 1 m/s and 90 °/s. θ is unwrapped, so it interpolates too.
+/// The pose goes straight: over 32 ms an arc differs from its chord by 0.2 mm at 1 m/s and 90 °/s. θ is unwrapped, so it goes along. What has happened to C and
+/// Γ between two entries is what the motion does to the first of them, and noise and gains, which come evenly.
 fn interpolate(before: &Past, after: &Past, time: Instant) -> Past {
     let whole = time::seconds(time::since(after.time, before.time));
     let part = time::seconds(time::since(time, before.time));
     let w = if whole > 0.0 {
-        (part / whole).min(1.0)
+        f64::from((part / whole).min(1.0))
     } else {
         0.0
     };
     let (a, b) = (&before.belief, &after.belief);
-    let (v, w) = (f64::from(1.0 - w), f64::from(w));
-    let mix = |a: f64, b: f64| a + w * (b - a);
+    let dx = b.pose.x - a.pose.x;
+    let dy = b.pose.y - a.pose.y;
+    let carried = |w: f64| {
+        let (dx, dy) = (w * dx, w * dy);
+        (
+            transported(&a.own, dx, dy),
+            product(&transport(dx, dy), &a.leverage),
+        )
+    };
+    let (own, leverage) = carried(1.0);
+    let (own_here, leverage_here) = carried(w);
+    let evenly = |here: &Matrix3<f64>, there: &Matrix3<f64>, after: &Matrix3<f64>| {
+        sum(here, w, &sum(after, -1.0, there))
+    };
     Past {
         time,
         belief: Belief {
             pose: Pose {
-                x: mix(a.pose.x, b.pose.x),
-                y: mix(a.pose.y, b.pose.y),
-                theta: mix(a.pose.theta, b.pose.theta),
+                x: a.pose.x + w * dx,
+                y: a.pose.y + w * dy,
+                theta: a.pose.theta + w * (b.pose.theta - a.pose.theta),
             },
-            own: a.own * v + b.own * w,
-            leverage: a.leverage * v + b.leverage * w,
+            own: evenly(&own_here, &own, &b.own),
+            leverage: evenly(&leverage_here, &leverage, &b.leverage),
         },
     }
 }

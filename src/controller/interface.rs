@@ -4,7 +4,7 @@ use super::correction::{self, CorrectionError, Terms, Update};
 use super::history::{History, MAX_AGE, Past};
 use super::{Action, AxisCommand, Belief, Config, Estimate, Pose, Request, Snapshot};
 use crate::supervisor::Fault;
-use crate::time::{self, Duration};
+use crate::time::{self, Duration, Instant};
 use crate::vehicle::Calibration;
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
@@ -116,6 +116,8 @@ pub struct Interface<C> {
     /// What is known of the gains; a correction under way is in it.
     calibration: Calibration,
     learns: bool,
+    /// ΔS at the last move command, m.
+    run_from: f64,
 }
 
 impl<C> Interface<C> {
@@ -134,6 +136,7 @@ impl<C> Interface<C> {
             answered: None,
             calibration: *snapshot.estimator.calibration(),
             learns: false,
+            run_from: 0.0,
         }
     }
 
@@ -217,16 +220,20 @@ impl<C> Interface<C> {
     ///
     /// # Errors
     /// [`Refusal`] if a number is out of range, a fault is latched or the motors are disabled.
+    #[inline(never)]
     pub fn move_by(&mut self, command: AxisCommand) -> Result<(), Refusal> {
         let (speed, acceleration) = (self.limits.speed, self.limits.acceleration);
         self.check_motion(&command, speed, acceleration)?;
-        self.send(Action::Move(command))
+        self.send(Action::Move(command))?;
+        self.run_from = self.snapshot.estimator.travelled();
+        Ok(())
     }
 
     /// `turn`: rotate by `distance` (rad, signed, may be infinite) at `speed` with `acceleration`; speed 0 stops this axis alone.
     ///
     /// # Errors
     /// [`Refusal`] if a number is out of range, a fault is latched or the motors are disabled.
+    #[inline(never)]
     pub fn turn_by(&mut self, command: AxisCommand) -> Result<(), Refusal> {
         let (speed, acceleration) = (self.limits.turn_speed, self.limits.turn_acceleration);
         self.check_motion(&command, speed, acceleration)?;
@@ -245,8 +252,8 @@ impl<C> Interface<C> {
         self.send(Action::Stop)
     }
 
-    /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits; one that would move the base or clear
-    /// the fault is dropped.
+    /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits; one that would move the base, or let
+    /// it, is dropped.
     pub fn emergency_stop(&mut self) {
         if let Some(action) = &mut self.request
             && action.may_move()
@@ -300,14 +307,15 @@ impl<C> Interface<C> {
     /// # Errors
     /// [`Refusal::Correction`] if the covariance would not stay symmetric positive semi-definite; [`Refusal::Busy`] unless
     /// [`takes_corrections`](Self::takes_corrections).
+    #[inline(never)]
     pub fn correct_pos(&mut self, shift: Vector3<f64>, gain: &Matrix3<f64>) -> Result<(), Refusal> {
-        let present = self.present();
-        let then = self
-            .answered
-            .filter(|past| time::since(present.time, past.time) <= MAX_AGE)
-            .unwrap_or(present);
-        let update = correction::with_gain(&then.belief, &self.calibration.spread, shift, gain)?;
-        self.correct(&update, then, present, self.learns)
+        let then = match &self.answered {
+            Some(past) if time::since(self.snapshot.time, past.time) <= MAX_AGE => *past,
+            _ => self.present(),
+        };
+        let mut update = Update::none(&then.belief, &self.calibration.spread);
+        update.by_gain(&then.belief.leverage, &shift, gain)?;
+        self.correct(&update, then.time, false)
     }
 
     /// Corrects by an observation that is `age` seconds old (0 to 1.5). Returns the squared Mahalanobis distance of its innovation.
@@ -315,6 +323,7 @@ impl<C> Interface<C> {
     /// # Errors
     /// [`Refusal::Age`], or [`Refusal::Correction`] if the observation is beyond `gate` (0: no gate) or its covariance is none; [`Refusal::Busy`]
     /// unless [`takes_corrections`](Self::takes_corrections).
+    #[inline(never)]
     pub fn observe(
         &mut self,
         observation: &Observation,
@@ -328,47 +337,39 @@ impl<C> Interface<C> {
         if !self.takes_corrections() {
             return Err(Refusal::Busy);
         }
-        let present = self.present();
-        let age = Duration::from_ticks((age * 1e6) as u64);
-        let then = if age.ticks() == 0 {
-            present
-        } else {
-            self.history
-                .at(time::before(present.time, age), present)
-                .ok_or(Refusal::TooOld(time::seconds(
-                    self.history.reach(present.time),
-                )))?
-        };
+        let then = self.then(Duration::from_ticks((age * 1e6) as u64))?;
         let terms = Terms {
             gate: f64::from(gate),
             learns: self.learns,
         };
-        let spread = &self.calibration.spread;
-        let (update, distance) = match observation {
+        let leverage = &then.belief.leverage;
+        let mut update = Update::none(&then.belief, &self.calibration.spread);
+        let distance = match observation {
             Observation::Pose { pose, covariance } => {
                 let covariance = crate::math::symmetric(covariance, covariance)
                     .map_err(|_| CorrectionError::NotPositive)?;
                 let innovation = correction::pose_innovation(pose, &then.belief.pose);
-                correction::observe_pose(&then.belief, spread, innovation, &covariance, terms)?
+                update.by_pose(leverage, &innovation, &covariance, terms)?
             }
             Observation::Scalar {
                 innovation,
                 variance,
                 row,
-            } => {
-                let row = row.transpose();
-                correction::observe_scalar(
-                    &then.belief,
-                    spread,
-                    *innovation,
-                    *variance,
-                    &row,
-                    terms,
-                )?
-            }
+            } => update.by_number(leverage, *innovation, *variance, &row.transpose(), terms)?,
         };
-        self.correct(&update, then, present, self.learns)?;
+        self.correct(&update, then.time, self.learns)?;
         Ok(distance)
+    }
+
+    #[inline(never)]
+    fn then(&self, age: Duration) -> Result<Past, Refusal> {
+        let present = self.present();
+        if age.ticks() == 0 {
+            return Ok(present);
+        }
+        self.history
+            .at(time::before(present.time, age), &present)
+            .ok_or_else(|| Refusal::TooOld(time::seconds(self.history.reach(present.time))))
     }
 
     /// Takes the last move for one of `length` m, measured from outside, along a straight line: that tells what the gains of the wheels have in common,
@@ -376,29 +377,26 @@ impl<C> Interface<C> {
     ///
     /// # Errors
     /// [`Refusal::Moving`] until it has ended; [`Refusal::Distance`] if it was shorter than 0.1 m; [`Refusal::Correction`] if a gain would be beyond reason.
+    #[inline(never)]
     pub fn calibrate_straight(&mut self, length: f64) -> Result<(), Refusal> {
         if self.snapshot.is_moving() {
             return Err(Refusal::Moving);
         }
-        let travelled = self.snapshot.translation.displacement.to_f64().abs();
-        if !(travelled > 0.1) {
+        let travelled = (self.snapshot.estimator.travelled() - self.run_from).abs();
+        if travelled.is_nan() || travelled < 0.1 {
             return Err(Refusal::Distance);
         }
-        let present = self.present();
         let effects = self.snapshot.estimator.effects(travelled as f32);
-        let update = correction::measured_run(
-            &present.belief,
-            &self.calibration,
-            &effects,
-            length - travelled,
-        )?;
-        self.correct(&update, present, present, true)
+        let mut update = Update::none(&self.present().belief, &self.calibration.spread);
+        update.by_run(&effects, length - travelled)?;
+        self.correct(&update, self.snapshot.time, true)
     }
 
     /// `ResetPos`: sets pose and covariance, and forgets the past.
     ///
     /// # Errors
     /// [`Refusal::NotFinite`], or [`Refusal::Correction`] if the covariance is not symmetric positive semi-definite.
+    #[inline(never)]
     pub fn reset_pos(&mut self, pose: Pose, covariance: &Matrix3<f64>) -> Result<(), Refusal> {
         let symmetric = crate::math::symmetric(covariance, covariance)
             .map_err(|_| CorrectionError::NotPositive)?;
@@ -434,10 +432,17 @@ impl<C> Interface<C> {
         let calibration = config.calibration;
         self.send(Action::Configure(config))?;
         self.limits = limits;
-        self.calibration = calibration;
+        if calibration != self.calibration {
+            self.history.absorb(&self.calibration.spread);
+            if let Some(answered) = &mut self.answered {
+                answered.belief.absorb(&self.calibration.spread);
+            }
+            self.calibration = calibration;
+        }
         Ok(())
     }
 
+    #[inline(never)]
     fn present(&self) -> Past {
         Past {
             time: self.snapshot.time,
@@ -445,17 +450,13 @@ impl<C> Interface<C> {
         }
     }
 
-    fn correct(
-        &mut self,
-        update: &Update,
-        then: Past,
-        present: Past,
-        learns: bool,
-    ) -> Result<(), Refusal> {
+    #[inline(never)]
+    fn correct(&mut self, update: &Update, at: Instant, learns: bool) -> Result<(), Refusal> {
         if !self.takes_corrections() {
             return Err(Refusal::Busy);
         }
-        let after = update.carried_to_later(&present.belief);
+        let mut after = self.snapshot.estimator.belief();
+        update.carry_to_later(&mut after);
         let mut calibration = self.calibration;
         if learns {
             let (change, spread) = update.gains();
@@ -473,9 +474,9 @@ impl<C> Interface<C> {
         let correction = self.snapshot.estimator.correction(&after, calibration);
         self.send(Action::Correct(correction))?;
         self.calibration = calibration;
-        self.history.correct(update, then.time);
+        self.history.correct(update, at);
         if let Some(answered) = &mut self.answered {
-            answered.correct(update, then.time);
+            answered.correct(update, at);
         }
         Ok(())
     }

@@ -113,7 +113,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// Takes the vehicle over. `fault` is one that the start-up found, such as a watchdog reset.
     pub fn new(vehicle: V, config: Config<V::Config>, fault: Option<Fault>) -> Self {
         let mut estimator = Estimator::new(config.noise);
-        estimator.calibrate(config.calibration, vehicle.influence());
+        estimator.configure(config.noise, config.calibration, vehicle.influence());
         Self {
             vehicle,
             config,
@@ -236,7 +236,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
 
     /// What is known, after a tick.
     pub fn snapshot(&self) -> Snapshot {
-        let mut snapshot = Snapshot::new(self.estimator);
+        let mut snapshot = Snapshot::new(&self.estimator);
         self.update_snapshot(&mut snapshot);
         snapshot
     }
@@ -287,7 +287,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             // A fault came between the command's acceptance and this tick.
             Action::Move(_) | Action::Turn(_) | Action::Live => {}
             Action::Stop => self.stop(StopReason::Command),
-            // Never queued, nor is Live: see `request`.
+            // Never queued: see `request`.
             Action::EStop => self.trip(Fault::Estop, Place::Base),
             Action::ClearFault => {
                 if !self.fault_persists() {
@@ -311,19 +311,21 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             }
             Action::Correct(correction) => self.correct(&correction),
             Action::Configure(config) => {
-                self.estimator.set_noise(config.noise);
                 if config.period != self.config.period {
                     self.clock = Clock::new(config.period);
                 }
                 self.period = time::seconds(config.period);
                 self.vehicle.configure(&config.vehicle);
+                let influence = self.vehicle.influence();
                 self.estimator
-                    .calibrate(config.calibration, self.vehicle.influence());
+                    .configure(config.noise, config.calibration, influence);
                 self.config = config;
             }
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn correct(&mut self, correction: &Correction) {
         if correction.gains() != self.estimator.calibration().gains {
             self.vehicle.set_gains(correction.gains());

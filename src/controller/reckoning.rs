@@ -7,7 +7,7 @@
 use super::compound::Compound;
 use super::estimator::{Noise, Pose};
 use crate::math::{Factor, Sum, reduced, sin_cos};
-use crate::vehicle::{GAINS, Influence, Twist};
+use crate::vehicle::{GAINS, Influence, Spread, Twist};
 use nalgebra::Matrix3;
 
 /// A pose: x, y (m), θ (rad, unwrapped).
@@ -86,6 +86,23 @@ impl Reckoning {
         }
     }
 
+    /// What the gains have done to the pose becomes its own: C := C + Γ P Γᵀ, Γ := 0. They are others from here on.
+    pub(super) fn absorb(&mut self, spread: &Spread) {
+        let [x, y, theta] = self.leverage.times(&spread.root);
+        let added = [
+            inner(x, x),
+            inner(x, y),
+            inner(x, theta),
+            inner(y, y),
+            inner(y, theta),
+            inner(theta, theta),
+        ];
+        for (element, added) in self.covariance.iter_mut().zip(added) {
+            element.add(added);
+        }
+        self.leverage = Leverage::default();
+    }
+
     /// True if every number is one, and none infinite: then so is their sum, unless they are beyond use all the same.
     pub(super) fn is_finite(&self) -> bool {
         let WidePose { x, y, theta } = self.pose;
@@ -120,6 +137,10 @@ impl Reckoning {
     }
 }
 
+fn inner([a, b, c]: [f32; 3], [d, e, f]: [f32; 3]) -> f32 {
+    a * d + b * e + c * f
+}
+
 /// Γ by its columns, one for each gain: x, y, θ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Leverage([[Sum; 3]; GAINS]);
@@ -135,6 +156,15 @@ impl Leverage {
             y.add(sin * s + phi_y * a + dx * before);
             theta.add(a);
         }
+    }
+
+    /// The rows of Γ L, with L lower triangular.
+    fn times(&self, [l11, l21, l22, l31, l32, l33]: &[f32; 6]) -> [[f32; 3]; 3] {
+        let [a, b, c] = self.0.map(|column| column.map(|element| element.get()));
+        let row =
+            |a: f32, b: f32, c: f32| [a * l11 + b * l21 + c * l31, b * l22 + c * l32, c * l33];
+        let ([ax, ay, at], [bx, by, bt], [cx, cy, ct]) = (a, b, c);
+        [row(ax, bx, cx), row(ay, by, cy), row(at, bt, ct)]
     }
 
     fn is_finite(&self) -> bool {

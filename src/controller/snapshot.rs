@@ -62,12 +62,12 @@ impl AxisSnapshot {
 
 impl Snapshot {
     /// Nothing is known but the estimate.
-    pub(super) fn new(estimator: Estimator) -> Self {
+    pub(super) fn new(estimator: &Estimator) -> Self {
         Self {
             time: Instant::from_ticks(0),
             ticket: 0,
             emergency_ticket: 0,
-            estimator,
+            estimator: *estimator,
             translation: AxisSnapshot::default(),
             rotation: AxisSnapshot::default(),
             wheels: [Wheel::default(); 2],

@@ -10,6 +10,7 @@ use crate::controller::AxisCommand;
 use crate::params::{DEGREES, Id, Kind, Params};
 
 impl Interpreter {
+    #[inline(never)]
     pub(super) fn execute(
         &mut self,
         desk: &mut Desk,
@@ -31,10 +32,7 @@ impl Interpreter {
                 self.last_turn = command;
                 self.note_given(1, args);
             }
-            Command::CorrectPos(shift, gain) => {
-                desk.correct_pos(shift, &gain).map_err(refuse)?;
-                self.note_gains(desk);
-            }
+            Command::CorrectPos(shift, gain) => desk.correct_pos(shift, &gain).map_err(refuse)?,
             Command::ResetPos(pose, covariance) => {
                 desk.reset_pos(pose, &covariance).map_err(refuse)?;
             }

@@ -83,6 +83,10 @@ pub struct Identity {
 }
 
 /// The command interpreter.
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "they are independent of each other"
+)]
 #[derive(Clone, Debug)]
 pub struct Interpreter {
     identity: Identity,

@@ -1,6 +1,7 @@
 //! Symmetric positive semi-definite matrices, kept so against rounding.
 
-use nalgebra::{Matrix3, SMatrix, SVector};
+use super::matrix::{add_outer, symmetric_part};
+use nalgebra::{Matrix3, Vector3};
 
 /// The matrix is further from its transpose than rounding explains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +34,7 @@ const NEGATIVE: f64 = -1e-5;
 
 /// True if every element is finite.
 #[must_use]
-pub fn is_finite<const N: usize>(m: &SMatrix<f64, N, N>) -> bool {
+pub fn is_finite(m: &Matrix3<f64>) -> bool {
     m.iter().all(|e| e.is_finite())
 }
 
@@ -41,16 +42,16 @@ pub fn is_finite<const N: usize>(m: &SMatrix<f64, N, N>) -> bool {
 ///
 /// # Errors
 /// [`Asymmetric`] if mirrored elements differ by more than 1e-3 √(s_i s_j), where `scale` holds the variances s.
-pub fn symmetric<const N: usize>(
-    m: &SMatrix<f64, N, N>,
-    scale: &SMatrix<f64, N, N>,
-) -> Result<SMatrix<f64, N, N>, Asymmetric> {
+pub fn symmetric(m: &Matrix3<f64>, scale: &Matrix3<f64>) -> Result<Matrix3<f64>, Asymmetric> {
     let d = scale.diagonal().map(|v| libm::sqrt(v.max(0.0)));
-    let allowed = d * d.transpose() * ASYMMETRY;
-    let difference = (m - m.transpose()).abs();
+    let mirrored = [
+        (m.m12 - m.m21, d.x * d.y),
+        (m.m13 - m.m31, d.x * d.z),
+        (m.m23 - m.m32, d.y * d.z),
+    ];
     // Written so that a NaN is refused too.
-    if difference.iter().zip(allowed.iter()).all(|(a, b)| a <= b) {
-        Ok((m + m.transpose()) * 0.5)
+    if mirrored.iter().all(|(a, b)| a.abs() <= ASYMMETRY * b) && is_finite(m) {
+        Ok(symmetric_part(m))
     } else {
         Err(Asymmetric)
     }
@@ -60,107 +61,93 @@ pub fn symmetric<const N: usize>(
 ///
 /// # Errors
 /// [`NotPositive`] if an eigenvalue is below −2e-5 in correlation scale, or an element is not finite.
-pub fn written_covariance<const N: usize>(
-    m: &SMatrix<f64, N, N>,
-) -> Result<SMatrix<f64, N, N>, NotPositive> {
+pub fn written_covariance(m: &Matrix3<f64>) -> Result<Matrix3<f64>, NotPositive> {
     project(m, m, 2.0 * NEGATIVE)
 }
 
-/// The symmetric matrix `m` itself if it is positive semi-definite; if rounding made an eigenvalue slightly negative, the nearest one that is.
+/// The symmetric matrix `m` itself if it is positive semi-definite; if rounding made an eigenvalue slightly negative, one near it that is.
 ///
 /// Eigenvalues are those of D^-½ m D^-½, with D the diagonal of `scale`: a matrix of metres and radians has no scale of its own.
 ///
 /// # Errors
 /// [`NotPositive`] if an eigenvalue is below −1e-5, or an element is not finite.
-pub fn nearest_positive<const N: usize>(
-    m: &SMatrix<f64, N, N>,
-    scale: &SMatrix<f64, N, N>,
-) -> Result<SMatrix<f64, N, N>, NotPositive> {
+pub fn nearest_positive(
+    m: &Matrix3<f64>,
+    scale: &Matrix3<f64>,
+) -> Result<Matrix3<f64>, NotPositive> {
     project(m, scale, NEGATIVE)
 }
 
-fn project<const N: usize>(
-    m: &SMatrix<f64, N, N>,
-    scale: &SMatrix<f64, N, N>,
+fn project(
+    m: &Matrix3<f64>,
+    scale: &Matrix3<f64>,
     most_negative: f64,
-) -> Result<SMatrix<f64, N, N>, NotPositive> {
+) -> Result<Matrix3<f64>, NotPositive> {
     if !is_finite(m) {
         return Err(NotPositive);
     }
-    let d = deviations(scale);
-    // A state with no variance at all has no covariances either.
-    for (row, d) in m.row_iter().zip(d.iter()) {
-        if *d == 0.0 && row.iter().any(|e| *e != 0.0) {
-            return Err(NotPositive);
-        }
+    // The eigenvalues of m + λ D are those of m, in that scale, and λ more. A state with no variance at all has no covariances either.
+    let mut raised = *m;
+    for i in 0..3 {
+        raised[(i, i)] -= most_negative * scale[(i, i)].max(0.0);
     }
-    let (smallest, projected) = clamp_eigenvalues(m, &d);
-    if smallest.is_nan() || smallest < most_negative {
-        return Err(NotPositive);
+    if has_positive_pivots(&raised) {
+        Ok(positive_part(m))
+    } else {
+        Err(NotPositive)
     }
-    Ok(projected)
 }
 
-/// The positive semi-definite part of a symmetric matrix, however large its negative part is. What is not finite stays as it is.
+/// A symmetric matrix itself if it is positive semi-definite; otherwise with the same variances, as far as they are none below 0, and covariances just so
+/// much smaller that it is. What is not finite stays as it is.
 #[must_use]
-pub fn positive_part<const N: usize>(m: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    if !is_finite(m) {
+pub fn positive_part(m: &Matrix3<f64>) -> Matrix3<f64> {
+    /// Of a variance, so much may be rounding.
+    const NOTHING: f64 = 1e-14;
+    // Most are, and the proof takes a tenth of the work.
+    if has_positive_pivots(m) || !is_finite(m) {
         return *m;
     }
-    let mut m = *m;
-    // Without a variance there is no scale: rounding may have left covariances.
-    for i in 0..N {
-        if m[(i, i)] <= 0.0 {
-            m.row_mut(i).fill(0.0);
-            m.column_mut(i).fill(0.0);
+    let scale = m.diagonal();
+    let (mut rest, mut positive) = (*m, Matrix3::zeros());
+    for _ in 0..3 {
+        // Cholesky's columns, the largest pivot first, each in units of its own.
+        let mut largest = (NOTHING, None);
+        for ((column, pivot), scale) in rest.data.0.iter().zip(&rest.diagonal()).zip(&scale) {
+            if *scale > 0.0 && pivot / scale > largest.0 {
+                largest = (pivot / scale, Some((*pivot, Vector3::from(*column))));
+            }
         }
+        let Some((pivot, mut column)) = largest.1 else {
+            break;
+        };
+        let root = libm::sqrt(pivot);
+        for (element, variance) in column.iter_mut().zip(&rest.diagonal()) {
+            // No correlation is beyond 1.
+            let most = libm::sqrt(variance.max(0.0));
+            *element = (*element / root).min(most).max(-most);
+        }
+        add_outer(&mut positive, 1.0, &column, &column);
+        add_outer(&mut rest, -1.0, &column, &column);
     }
-    clamp_eigenvalues(&m, &deviations(&m)).1
-}
-
-/// Square roots of the diagonal, 0 for what is not positive.
-fn deviations<const N: usize>(m: &SMatrix<f64, N, N>) -> SVector<f64, N> {
-    m.diagonal()
-        .map(|v| if v > 0.0 { libm::sqrt(v) } else { 0.0 })
-}
-
-/// The smallest eigenvalue of D⁻¹ m D⁻¹, and m without its negative ones.
-fn clamp_eigenvalues<const N: usize>(
-    m: &SMatrix<f64, N, N>,
-    d: &SVector<f64, N>,
-) -> (f64, SMatrix<f64, N, N>) {
-    // Most are, and the proof takes a hundredth of the work.
-    if has_positive_pivots(m) {
-        return (0.0, *m);
-    }
-    let inverse = d.map(|v| if v > 0.0 { 1.0 / v } else { 0.0 });
-    let correlation = m.component_mul(&(inverse * inverse.transpose()));
-    let (values, vectors) = eigen(&correlation);
-    let smallest = values.min();
-    if smallest >= 0.0 {
-        return (smallest, *m);
-    }
-    let positive =
-        vectors * SMatrix::from_diagonal(&values.map(|v| v.max(0.0))) * vectors.transpose();
-    let projected = positive.component_mul(&(d * d.transpose()));
-    (smallest, (projected + projected.transpose()) * 0.5)
+    symmetric_part(&positive)
 }
 
 /// True if Gauss's elimination meets no negative pivot, and none that is zero but in a row of zeros: the matrix is positive semi-definite, but for the
 /// elimination's own rounding.
-fn has_positive_pivots<const N: usize>(m: &SMatrix<f64, N, N>) -> bool {
+fn has_positive_pivots(m: &Matrix3<f64>) -> bool {
     let mut a = *m;
-    for p in 0..N {
+    for p in 0..3 {
         let pivot = a[(p, p)];
         if pivot > 0.0 {
             let inverse = 1.0 / pivot;
-            for row in p + 1..N {
+            for row in p + 1..3 {
                 let factor = a[(row, p)] * inverse;
-                for column in row..N {
+                for column in row..3 {
                     a[(column, row)] -= factor * a[(column, p)];
                 }
             }
-        } else if pivot.is_nan() || pivot < 0.0 || (p + 1..N).any(|row| a[(row, p)] != 0.0) {
+        } else if pivot.is_nan() || pivot < 0.0 || (p + 1..3).any(|row| a[(row, p)] != 0.0) {
             return false;
         }
     }
@@ -178,50 +165,6 @@ pub fn transported(m: &Matrix3<f64>, dx: f64, dy: f64) -> Matrix3<f64> {
     let xy = m.m12 + dx * xt - dy * m.m23;
     let yy = m.m22 + dx * (m.m23 + yt);
     Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt)
-}
-
-/// Eigenvalues and eigenvectors (columns) of a symmetric matrix by cyclic Jacobi rotations.
-///
-/// Convergence is quadratic: some four sweeps leave nothing above 1e-17 of a correlation matrix of the 3 to 6 states that occur here.
-fn eigen<const N: usize>(m: &SMatrix<f64, N, N>) -> (SVector<f64, N>, SMatrix<f64, N, N>) {
-    const SWEEPS: usize = 8;
-    const NOTHING: f64 = 1e-17;
-    let mut a = *m;
-    let mut v = SMatrix::<f64, N, N>::identity();
-    for _ in 0..SWEEPS {
-        let mut rotated = false;
-        for p in 0..N {
-            for q in p + 1..N {
-                let apq = a[(p, q)];
-                if apq.abs() < NOTHING {
-                    continue;
-                }
-                rotated = true;
-                // tan 2φ = 2 a_pq / (a_qq − a_pp); the smaller root keeps the rotation below 45°.
-                let tau = (a[(q, q)] - a[(p, p)]) / (2.0 * apq);
-                let sign = if tau < 0.0 { -1.0 } else { 1.0 };
-                let t = sign / (tau.abs() + libm::sqrt(1.0 + tau * tau));
-                let c = 1.0 / libm::sqrt(1.0 + t * t);
-                rotate_columns(&mut a, p, q, c, t * c);
-                a.transpose_mut();
-                rotate_columns(&mut a, p, q, c, t * c);
-                rotate_columns(&mut v, p, q, c, t * c);
-            }
-        }
-        if !rotated {
-            break;
-        }
-    }
-    (a.diagonal(), v)
-}
-
-/// m R, with R the rotation in the plane of p and q.
-fn rotate_columns<const N: usize>(m: &mut SMatrix<f64, N, N>, p: usize, q: usize, c: f64, s: f64) {
-    for k in 0..N {
-        let (x, y) = (m[(k, p)], m[(k, q)]);
-        m[(k, p)] = c * x - s * y;
-        m[(k, q)] = s * x + c * y;
-    }
 }
 
 /// The six different elements of a symmetric matrix: xx, xy, xθ, yy, yθ, θθ, the order in which the protocol prints them.

@@ -3,6 +3,7 @@
 //! Nothing here allocates, panics or reads anything but its arguments.
 
 mod covariance;
+mod matrix;
 mod split;
 mod sum;
 mod trigonometry;
@@ -10,6 +11,9 @@ mod trigonometry;
 pub use covariance::{
     Asymmetric, NotPositive, is_finite, nearest_positive, positive_part, symmetric, transported,
     upper_triangle, written_covariance,
+};
+pub use matrix::{
+    add_outer, along, applied, inner, product, product_transposed, sum, symmetric_part,
 };
 pub use split::Split;
 pub use sum::{Factor, Sum};

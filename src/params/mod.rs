@@ -263,7 +263,10 @@ impl Params {
         }
     }
 
-    fn vehicle(&self) -> differential::Config {
+    /// The vehicle's part of the configuration.
+    #[inline(never)]
+    #[must_use]
+    pub fn vehicle(&self) -> differential::Config {
         let servo = |reversed| servo::Config {
             static_friction: self.get(Id::MotorFriction),
             speed_gain: self.get(Id::MotorSpeedGain),

@@ -111,7 +111,7 @@ where
     }
 
     fn set_gains(&mut self, gains: [f32; GAINS]) {
-        self.config.geometry = self.config.geometry.with_gains(gains);
+        self.config.geometry.set_gains(gains);
     }
 
     fn influence(&self) -> Influence {

@@ -1,7 +1,7 @@
 //! Gains: the constant errors of a vehicle's geometry, and what they do to its motions (theory section 6).
 
 use super::Twist;
-use crate::math::{larger, sqrt};
+use crate::math::{larger, product_transposed, sqrt};
 use nalgebra::Matrix3;
 
 /// How many gains a vehicle has.
@@ -81,7 +81,7 @@ impl Spread {
     #[must_use]
     pub fn covariance(&self) -> Matrix3<f64> {
         let root = self.matrix();
-        root * root.transpose()
+        product_transposed(&root, &root)
     }
 
     /// Standard deviations of the gains.

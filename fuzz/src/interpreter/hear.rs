@@ -95,6 +95,8 @@ impl Session<'_> {
             } else if doubts.must.is_empty() {
                 doubts.must.add_if(stopped, Codes::FAULT);
             }
+            // Or as what no parameter could allow.
+            doubts.may.add_if(stopped && ask.is_huge(), Codes::RANGE);
         }
         let missing = !line.has_check && !stops(&line);
         let damaged = matches!(line.body, Err(Damage::TooLong | Damage::BadByte));

@@ -5,8 +5,21 @@ use vehicle_controller::params::{Id, Kind};
 
 use super::Session;
 use crate::base;
-use crate::grammar::{Ask, Codes, Doubts};
+use crate::grammar::{Ask, Calibrate, Codes, Doubts};
 use crate::{invariant, replies};
+
+/// The gains, and how well they are known.
+const GAINS: [Id; 9] = [
+    Id::GainRight,
+    Id::GainLeft,
+    Id::GainBase,
+    Id::SpreadRr,
+    Id::SpreadLr,
+    Id::SpreadLl,
+    Id::SpreadBr,
+    Id::SpreadBl,
+    Id::SpreadBb,
+];
 
 /// v and a of a command, and their limits.
 const MOTION: [[Id; 4]; 2] = [
@@ -94,7 +107,16 @@ impl Session<'_> {
                 doubts.may.add(Codes::MOVING);
                 doubts.may.add(Codes::STORAGE);
             }
-            Ask::Plain(_) | Ask::Help | Ask::Stream | Ask::GetParam(_) => {}
+            Ask::Calibrate(what @ (Calibrate::Reset | Calibrate::Straight)) => {
+                doubts.must.add_if(snapshot.is_moving(), Codes::MOVING);
+                // How far the last move went is not looked at here.
+                doubts.may.add_if(what == Calibrate::Straight, Codes::RANGE);
+            }
+            Ask::Plain(_)
+            | Ask::Help
+            | Ask::Stream
+            | Ask::GetParam(_)
+            | Ask::Calibrate(Calibrate::Learn(_)) => {}
         }
     }
 
@@ -159,6 +181,7 @@ impl Session<'_> {
                 let gate = f64::from(self.params.get(Id::Gate));
                 let inside = gate == 0.0 || self.stale || distance <= gate * 1.000_001 + 1e-6;
                 assert!(distance >= 0.0 && inside, "{reply}, gate {gate}");
+                self.learned();
                 return true;
             }
             Ask::Plain("ListParams") => {
@@ -200,8 +223,28 @@ impl Session<'_> {
                 self.note_limits();
             }
             Ask::ResetPos(pose, _) if !self.stale => self.placed = Some(pose),
+            Ask::Calibrate(Calibrate::Learn(learns)) => self.learns = learns,
+            Ask::Calibrate(Calibrate::Straight) => self.take_gains(),
+            Ask::Calibrate(Calibrate::Reset) => {
+                let forgotten = GAINS.map(|id| (id, id.spec().default));
+                assert_eq!(self.params.set_all(&forgotten), Ok(()), "{ask:?}");
+            }
             _ => {}
         }
-        !matches!(ask, Ask::Stream)
+        !matches!(ask, Ask::Stream | Ask::Calibrate(Calibrate::Learn(_)))
+    }
+
+    /// An observation was taken.
+    fn learned(&mut self) {
+        if self.learns || self.stale {
+            self.take_gains();
+        }
+    }
+
+    /// The gains may be others now, and nothing else.
+    fn take_gains(&mut self) {
+        let now = *self.base.interpreter.params();
+        let gains = GAINS.map(|id| (id, now.get(id)));
+        assert_eq!(self.params.set_all(&gains), Ok(()), "learned");
     }
 }

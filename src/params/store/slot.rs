@@ -131,9 +131,14 @@ impl Slot {
         Ok(self.read(flash, DROP_AT)? == 0)
     }
 
-    /// True if a set can be written into it.
+    /// True if a set can be written into it: nothing is in it, nor has an erase that was cut off left anything.
     pub(super) fn is_free<F: Flash>(self, flash: &mut F) -> Result<bool, StoreError> {
-        Ok(self.read(flash, CLAIM_AT)? == BLANK)
+        for at in CLAIM_AT..=DROP_AT {
+            if self.read(flash, at)? != BLANK {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// True if its CRC is right.

@@ -4,15 +4,12 @@ use super::super::{GAINS, Influence, Twist};
 use crate::math::Split;
 
 /// The geometry: wheel base and what one count is worth. All that the tick needs of it is worked out here, once.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Geometry {
     /// w, K_left and K_right as they are said to be.
     nominal: [f64; 3],
     gains: [f32; GAINS],
-    wheel_base: f64,
-    left: f64,
-    right: f64,
     half_base: f32,
     /// 1/w.
     curvature: f32,
@@ -26,37 +23,34 @@ impl Geometry {
     /// A geometry of nominal wheel base w (distance of the wheels' contacts, m) and K_left, K_right (m per count), and the gains k_r, k_l, k_b, all above 0.
     #[must_use]
     pub fn new(wheel_base: f64, left: f64, right: f64, gains: [f32; GAINS]) -> Self {
-        let nominal = [wheel_base, left, right];
-        let [by_right, by_left, by_base] = gains.map(f64::from);
-        let (wheel_base, left, right) = (wheel_base * by_base, left * by_left, right * by_right);
-        let coarser = if left > right { left } else { right };
-        Self {
-            nominal,
-            gains,
-            wheel_base,
-            left,
-            right,
-            half_base: (0.5 * wheel_base) as f32,
-            curvature: (1.0 / wheel_base) as f32,
-            per_count: [left as f32, right as f32],
-            resolution: Twist {
-                translation: coarser as f32,
-                rotation: (coarser / wheel_base) as f32,
-            },
-            // ΔS = (ΔS_right + ΔS_left)/2      Δα = (ΔS_right − ΔS_left)/w
-            translation: [Split::new(0.5 * left), Split::new(0.5 * right)],
-            rotation: [
-                Split::new(left / wheel_base),
-                Split::new(right / wheel_base),
-            ],
-        }
+        let mut geometry = Self {
+            nominal: [wheel_base, left, right],
+            ..Self::default()
+        };
+        geometry.set_gains(gains);
+        geometry
     }
 
-    /// The same with other gains.
-    #[must_use]
-    pub fn with_gains(&self, gains: [f32; GAINS]) -> Self {
-        let [wheel_base, left, right] = self.nominal;
-        Self::new(wheel_base, left, right, gains)
+    /// Takes other gains over.
+    #[inline(never)]
+    pub fn set_gains(&mut self, gains: [f32; GAINS]) {
+        self.gains = gains;
+        let wheel_base = self.wheel_base();
+        let [left, right] = self.per_count();
+        let coarser = if left > right { left } else { right };
+        self.half_base = (0.5 * wheel_base) as f32;
+        self.curvature = (1.0 / wheel_base) as f32;
+        self.per_count = [left as f32, right as f32];
+        self.resolution = Twist {
+            translation: coarser as f32,
+            rotation: (coarser / wheel_base) as f32,
+        };
+        // ΔS = (ΔS_right + ΔS_left)/2      Δα = (ΔS_right − ΔS_left)/w
+        self.translation = [Split::new(0.5 * left), Split::new(0.5 * right)];
+        self.rotation = [
+            Split::new(left / wheel_base),
+            Split::new(right / wheel_base),
+        ];
     }
 
     /// With S_r = ΔS + Δα w/2 and S_l = ΔS − Δα w/2 (theory section 6):
@@ -84,13 +78,17 @@ impl Geometry {
     /// w, m.
     #[must_use]
     pub fn wheel_base(&self) -> f64 {
-        self.wheel_base
+        let [wheel_base, ..] = self.nominal;
+        let [.., by_base] = self.gains;
+        wheel_base * f64::from(by_base)
     }
 
     /// K_left and K_right, m per count.
     #[must_use]
     pub fn per_count(&self) -> [f64; 2] {
-        [self.left, self.right]
+        let [_, left, right] = self.nominal;
+        let [by_right, by_left, _] = self.gains;
+        [left * f64::from(by_left), right * f64::from(by_right)]
     }
 
     /// What one count amounts to.

@@ -1,0 +1,75 @@
+//! Gains, through the desk: measured runs, and what observations make of them.
+
+mod counts;
+
+use counts::base::{Base, pose, symmetric};
+use nalgebra::Vector3;
+use vehicle_controller::controller::{CorrectionError, Noise, Pose, Refusal};
+
+/// A base that has gone a metre straight on, and stands.
+fn after_a_metre() -> Base {
+    let mut base = Base::new(Noise::default());
+    base.drive(2000, 0.5, 0.0);
+    base.drive(1000, 0.0, 0.0);
+    base
+}
+
+#[test]
+fn a_measured_run_scales_both_wheels() {
+    let mut base = after_a_metre();
+    base.desk.calibrate_straight(1.01).unwrap();
+    base.drive(10, 0.0, 0.0);
+    let calibration = *base.desk.calibration();
+    let [right, left, base_gain] = calibration.gains.map(f64::from);
+    // The prior's 1 % against a tape's 5 mm over a metre: four fifths of it.
+    let share = 1e-4 / (1e-4 + 0.25e-4);
+    for wheel in [right, left] {
+        assert!((wheel - 1.0 - 0.01 * share).abs() < 2e-4, "{wheel}");
+    }
+    assert!((base_gain - 1.0).abs() < 1e-7);
+    // The controller has them, too.
+    let known = base.desk.snapshot().estimator.calibration();
+    assert_eq!(*known, calibration);
+    // The metre that was gone is longer now.
+    assert!((base.estimate().pose.x - 1.008).abs() < 2e-4);
+}
+
+#[test]
+fn a_run_that_would_make_a_gain_absurd_is_refused() {
+    let mut base = after_a_metre();
+    let before = format!("{:?}", base.desk);
+    let refusal = base.desk.calibrate_straight(2.0);
+    assert_eq!(refusal, Err(Refusal::Correction(CorrectionError::Gains)));
+    assert_eq!(format!("{:?}", base.desk), before);
+    let mut base = Base::new(Noise::default());
+    assert_eq!(base.desk.calibrate_straight(1.0), Err(Refusal::Distance));
+    base.drive(500, 0.5, 0.0);
+    assert_eq!(base.desk.calibrate_straight(1.0), Err(Refusal::Moving));
+}
+
+#[test]
+fn the_whole_covariance_is_the_same_whether_the_gains_are_learned_or_considered_but_for_the_gains()
+{
+    let fix = |learns: bool| {
+        let mut base = Base::new(Noise::default());
+        base.drive(4000, 0.5, 0.3);
+        base.desk.learn(learns);
+        let before = base.estimate();
+        let z = Vector3::new(0.01, -0.02, 0.01);
+        let z = Vector3::new(before.pose.x, before.pose.y, before.pose.theta) + z;
+        let r = symmetric([1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4]);
+        let distance = base.fix(pose(z), r, 0.0).unwrap();
+        base.drive(2, 0.0, 0.0);
+        (base, distance)
+    };
+    let ((learning, d), (considering, same_d)) = (fix(true), fix(false));
+    assert!((d - same_d).abs() < 1e-6 * d);
+    // The same Kalman gain of the pose in both: the same pose, and the same covariance of it.
+    let (a, b) = (learning.estimate(), considering.estimate());
+    let apart =
+        |a: &Pose, b: &Pose| (a.x - b.x).abs() + (a.y - b.y).abs() + (a.theta - b.theta).abs();
+    assert!(apart(&a.pose, &b.pose) < 1e-6, "{a:?} {b:?}");
+    assert!((a.covariance - b.covariance).abs().max() < 1e-6 * b.covariance.abs().max());
+    assert_ne!(learning.desk.calibration().gains, [1.0; 3]);
+    assert_eq!(considering.desk.calibration().gains, [1.0; 3]);
+}
