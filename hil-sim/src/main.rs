@@ -1,6 +1,7 @@
 //! `hil-sim`: drive a simulated robot base, run scripts on it, replay logs, draw what happened.
 
 mod console;
+mod monte_carlo;
 mod run;
 mod soaking;
 mod trace_file;
@@ -12,15 +13,15 @@ use hil_sim::base::Base;
 use hil_sim::plot;
 use hil_sim::replay::{Log, replay};
 use hil_sim::rig::Rig;
-use hil_sim::robot::{Robot, describe};
+use hil_sim::robot::Robot;
 use hil_sim::script::Script;
+use hil_sim::settings;
 use hil_sim::trace;
 use std::io::Write;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trace_file::TraceFile;
-use vehicle_controller::params::Id;
 
 /// A simulated robot base: the real vehicle controller on simulated motors, battery, tyres and encoders.
 #[derive(Parser)]
@@ -40,6 +41,8 @@ enum Command {
     Run(Run),
     /// Feed recorded encoder counts through the vehicle and the estimator
     Replay(Replay),
+    /// Try the estimator on many bases with gains and errors drawn from the parameters: is it as wrong as it says?
+    Consistency(monte_carlo::Consistency),
     /// Count the instructions of an image's control interrupt while a script runs
     #[cfg(feature = "emulator")]
     #[command(hide = true)]
@@ -149,6 +152,7 @@ fn main() -> ExitCode {
         Some(Command::Drive(drive)) => drive_command(&drive),
         Some(Command::Run(run)) => run_command(&run),
         Some(Command::Replay(replay)) => replay_command(&replay),
+        Some(Command::Consistency(options)) => monte_carlo::consistency_command(&options),
         #[cfg(feature = "emulator")]
         Some(Command::Count(count)) => count_command(&count),
         Some(Command::Soak(options)) => soaking::soak_command(&options),
@@ -262,20 +266,7 @@ fn title(script: &Path, robot: &str) -> String {
 fn replay_command(args: &Replay) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let mut params = robot.params;
-    for setting in &args.set {
-        let (name, value) = setting
-            .split_once('=')
-            .ok_or_else(|| anyhow!("--set {setting}: write name=value"))?;
-        let id = Id::find(name.trim().as_bytes())
-            .ok_or_else(|| anyhow!("--set {setting}: no parameter `{name}`"))?;
-        let value: f32 = value
-            .trim()
-            .parse()
-            .map_err(|_| anyhow!("--set {setting}: `{value}` is not a number"))?;
-        params
-            .set(id, value)
-            .map_err(|error| anyhow!("--set {setting}: {}", describe(error)))?;
-    }
+    settings::apply(&mut params, &args.set)?;
     if args.out.is_some() && args.logs.len() > 1 {
         bail!("--out is for one log");
     }
