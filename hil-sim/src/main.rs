@@ -43,6 +43,8 @@ enum Command {
     Replay(Replay),
     /// Try the estimator on many bases with gains and errors drawn from the parameters: is it as wrong as it says?
     Consistency(monte_carlo::Consistency),
+    /// Send particles along a log or a script's run, and hold the estimator's linear covariance against theirs
+    Propagate(monte_carlo::Propagate),
     /// Count the instructions of an image's control interrupt while a script runs
     #[cfg(feature = "emulator")]
     #[command(hide = true)]
@@ -153,6 +155,7 @@ fn main() -> ExitCode {
         Some(Command::Run(run)) => run_command(&run),
         Some(Command::Replay(replay)) => replay_command(&replay),
         Some(Command::Consistency(options)) => monte_carlo::consistency_command(&options),
+        Some(Command::Propagate(options)) => monte_carlo::propagate_command(&options),
         #[cfg(feature = "emulator")]
         Some(Command::Count(count)) => count_command(&count),
         Some(Command::Soak(options)) => soaking::soak_command(&options),

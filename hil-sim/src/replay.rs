@@ -112,6 +112,41 @@ impl Log {
         Ok(Self { name, rows })
     }
 
+    /// A log of a run: times (s) and the encoders' counts since power-on, left and right.
+    ///
+    /// # Errors
+    /// If there are no rows.
+    pub fn recorded(name: String, counts: &[(f64, [i64; 2])]) -> Result<Self> {
+        let mut last = counts.first().map_or([0; 2], |(_, counts)| *counts);
+        let rows: Vec<Row> = counts
+            .iter()
+            .map(|(t, counts)| {
+                let since = [counts[0] - last[0], counts[1] - last[1]];
+                last = *counts;
+                Row {
+                    t: *t,
+                    counts: since,
+                    truth: None,
+                }
+            })
+            .collect();
+        if rows.is_empty() {
+            bail!("{name}: the log has no rows");
+        }
+        Ok(Self { name, rows })
+    }
+
+    /// Where the estimate starts: x, y (m), θ (rad).
+    #[must_use]
+    pub fn start(&self) -> [f64; 3] {
+        self.rows[0].truth.unwrap_or_default()
+    }
+
+    /// Left and right counts of each row after the first, whose own were before the start.
+    pub fn counts(&self) -> impl Iterator<Item = [i64; 2]> {
+        self.rows.iter().skip(1).map(|row| row.counts)
+    }
+
     /// How many rows it has.
     #[must_use]
     #[allow(clippy::len_without_is_empty, reason = "a log is never empty")]
@@ -161,7 +196,7 @@ pub fn replay(log: &Log, robot: &Robot, params: &Params) -> Result<Replay> {
     let mut vehicle = vehicle(&wires, &robot, params)?;
     let config = params.build(crate::rig::PERIOD);
     let mut estimator = Estimator::new(config.noise);
-    let [x, y, theta] = log.rows[0].truth.unwrap_or_default();
+    let [x, y, theta] = log.start();
     let start = Estimate::certain(Pose { x, y, theta });
     let correction = estimator.correction(&Belief::from(start), config.calibration);
     estimator.apply(&correction, vehicle.influence());

@@ -25,11 +25,7 @@ pub fn exp(twist: &Vector3<f64>) -> Pose {
     } else {
         (angle.sin() / angle, (1.0 - angle.cos()) / angle)
     };
-    [
-        a * twist.x - b * twist.y,
-        b * twist.x + a * twist.y,
-        angle,
-    ]
+    [a * twist.x - b * twist.y, b * twist.x + a * twist.y, angle]
 }
 
 /// The twist that makes a motion, whose angle is between −π and π.
@@ -84,7 +80,10 @@ mod tests {
     #[test]
     fn what_lies_across_the_heading_lies_along_y() {
         // Heading north, uncertain to the east.
-        let body = in_body(&Matrix3::from_diagonal(&Vector3::new(4.0, 1.0, 2.0)), FRAC_PI_2);
+        let body = in_body(
+            &Matrix3::from_diagonal(&Vector3::new(4.0, 1.0, 2.0)),
+            FRAC_PI_2,
+        );
         let expected = Matrix3::from_diagonal(&Vector3::new(1.0, 4.0, 2.0));
         assert!((body - expected).norm() < 1e-14);
     }

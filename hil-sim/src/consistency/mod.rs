@@ -5,7 +5,7 @@ mod report;
 mod trial;
 mod world;
 
-pub use report::{Gain, Moment, Report};
+pub use report::{Estimated, Gain, Moment, Report};
 pub use trial::{Check, Fix, Trial};
 
 use crate::robot::Robot;
@@ -84,14 +84,27 @@ impl Plan {
 /// # Errors
 /// If the plan makes no sense, or an estimate claims to be exact.
 pub fn consistency(plan: &Plan, robot: &Robot, progress: &(dyn Fn() + Sync)) -> Result<Report> {
+    consistency_of(plan, robot, robot, progress)
+}
+
+/// The same where the bases are not what their controllers believe: gains and errors are drawn from the parameters of `bases`.
+///
+/// # Errors
+/// As for [`consistency`].
+pub fn consistency_of(
+    plan: &Plan,
+    robot: &Robot,
+    bases: &Robot,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Report> {
     plan.check()?;
     let trials = (0..plan.runs)
         .into_par_iter()
         .map(|index| {
-            let trial = trial::run(plan, robot, index);
+            let trial = trial::run(plan, robot, bases, index);
             progress();
             trial
         })
         .collect::<Result<Vec<_>>>()?;
-    Ok(Report::new(plan, robot, trials))
+    Ok(Report::new(plan, bases, trials))
 }

@@ -1,7 +1,8 @@
 //! What all the runs say together.
 
-use super::trial::{Check, Trial};
 use super::Plan;
+use super::trial::{Check, Trial};
+use crate::plot::{Cloud, OverTime};
 use crate::prior::Prior;
 use crate::robot::Robot;
 use crate::statistics::{CHI_SQUARE_3_95, NORMAL_95, chi_square_band, mean};
@@ -10,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::fmt;
 use std::path::Path;
 
-/// What a number should be, what it is, and where it may lie with 95 %.
+/// A number, and where it may lie with 95 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimated {
     /// It.
@@ -102,7 +103,10 @@ impl Report {
                 band: around(value, NORMAL_95 * deviation),
             }
         };
-        let (before, after) = (by_time(|trial| &trial.before), by_time(|trial| &trial.after));
+        let (before, after) = (
+            by_time(|trial| &trial.before),
+            by_time(|trial| &trial.after),
+        );
         let (mean_before, mean_after) = (
             over_all(|trial| &trial.before),
             over_all(|trial| &trial.after),
@@ -125,6 +129,24 @@ impl Report {
                 .map(|trial| trial.covariance / trials.len() as f64)
                 .sum(),
             misses: trials.into_iter().map(|trial| trial.miss).collect(),
+        }
+    }
+
+    /// What the plot wants to know.
+    #[must_use]
+    pub fn cloud(&self) -> Cloud {
+        let of = |value: fn(&Moment) -> f64| self.before.iter().map(value).collect();
+        Cloud {
+            points: self.misses.iter().map(|[x, y, _]| [*x, *y]).collect(),
+            points_name: "true positions at the end".into(),
+            covariance: self.covariance,
+            other: None,
+            over_time: Some(OverTime {
+                times: of(|moment| moment.time),
+                nees: of(|moment| moment.nees.value),
+                cartesian: of(|moment| moment.cartesian),
+                band: chi_square_band(3.0 * self.misses.len() as f64, NORMAL_95),
+            }),
         }
     }
 
@@ -258,7 +280,11 @@ impl fmt::Display for Report {
     /// For people.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let plan = &self.plan;
-        write!(f, "{} runs of {} s, seed {}: ", plan.runs, plan.seconds, plan.seed)?;
+        write!(
+            f,
+            "{} runs of {} s, seed {}: ",
+            plan.runs, plan.seconds, plan.seed
+        )?;
         match plan.fix_every {
             None => writeln!(f, "no fixes")?,
             Some(every) => writeln!(

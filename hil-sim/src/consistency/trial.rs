@@ -60,10 +60,7 @@ pub struct Trial {
 
 /// The path of theory section 6: speeds in m/s and rad/s.
 fn wanted(t: f64) -> (f64, f64) {
-    (
-        0.4 + 0.1 * (0.3 * t).sin(),
-        0.15 + 0.8 * (0.21 * t).sin(),
-    )
+    (0.4 + 0.1 * (0.3 * t).sin(), 0.15 + 0.8 * (0.21 * t).sin())
 }
 
 /// The controller on the wires of a base.
@@ -131,14 +128,14 @@ impl Post {
     }
 }
 
-/// Runs run number `index` of a plan.
-pub fn run(plan: &Plan, robot: &Robot, index: u64) -> Result<Trial> {
+/// Runs run number `index` of a plan: a controller with the parameters of `robot` on a base that is drawn from those of `bases`.
+pub fn run(plan: &Plan, robot: &Robot, bases: &Robot, index: u64) -> Result<Trial> {
     // What is drawn once, what happens under way and what the fixes are do not depend on each other: with fixes and without, it is the same journey.
     let mut draws = Random::new(plan.seed, 3 * index);
-    let prior = Prior::of(&robot.params);
+    let prior = Prior::of(&bases.params);
     let errors = [draws.normal(), draws.normal(), draws.normal()];
     let gains = prior.sample(errors).into();
-    let drawing = Drawing::of(&robot.params);
+    let drawing = Drawing::of(&bases.params);
     let mut world = World::new(drawing, gains, Random::new(plan.seed, 3 * index + 1));
     let mut sight = Random::new(plan.seed, 3 * index + 2);
     let mut post = Post::new(robot, plan, world.counts())?;
@@ -197,7 +194,11 @@ fn pose_of(estimate: &Estimate) -> Pose {
 fn check(time: f64, world: &World, post: &Post) -> Result<Check> {
     let estimate = post.estimate();
     let (is, believed) = (world.pose(), pose_of(&estimate));
-    let apart = Vector3::new(is[0] - believed[0], is[1] - believed[1], wrap(is[2] - believed[2]));
+    let apart = Vector3::new(
+        is[0] - believed[0],
+        is[1] - believed[1],
+        wrap(is[2] - believed[2]),
+    );
     let xi = se2::log(se2::between(believed, is));
     let body = se2::in_body(&estimate.covariance, believed[2]);
     Ok(Check {
@@ -217,7 +218,9 @@ fn white(v: &Vector3<f64>, covariance: &Matrix3<f64>) -> Result<Vector3<f64>> {
     covariance
         .cholesky()
         .and_then(|root| root.l().solve_lower_triangular(v))
-        .ok_or_else(|| anyhow!("the estimate claims to be exact: there is nothing to compare its errors with"))
+        .ok_or_else(|| {
+            anyhow!("the estimate claims to be exact: there is nothing to compare its errors with")
+        })
 }
 
 /// A measurement of the pose, and its covariance.

@@ -85,12 +85,11 @@ impl World {
         } = self.drawing;
         let aside = 0.5 * turn_speed * wheel_base * believed[2];
         let wanted = [speed + aside, speed - aside];
-        let mut rolled = [0.0; 2];
-        for wheel in 0..2 {
+        let rolled = [0, 1].map(|wheel| {
             let counts = wanted[wheel] * dt / (per_count[wheel] * believed[wheel]);
             self.turned[wheel] += counts;
-            rolled[wheel] = self.gains[wheel] * per_count[wheel] * counts;
-        }
+            self.gains[wheel] * per_count[wheel] * counts
+        });
         let ahead = 0.5 * (rolled[0] + rolled[1]);
         let angle = (rolled[0] - rolled[1]) / (self.gains[2] * wheel_base);
         let ahead_variance = noise.translation * ahead.abs();
@@ -128,12 +127,6 @@ impl World {
     #[must_use]
     pub fn pose(&self) -> Pose {
         self.pose
-    }
-
-    /// What its gains truly are: right, left, base.
-    #[must_use]
-    pub fn gains(&self) -> [f64; 3] {
-        self.gains
     }
 }
 
