@@ -73,6 +73,8 @@ pub struct Propagation {
     pub mean: Vector3<f64>,
     /// Their covariance.
     pub covariance: Matrix3<f64>,
+    /// The covariance of ξ = log(P̂⁻¹ P), with P̂ the linear estimate.
+    pub exponential: Matrix3<f64>,
     /// Some of them, as seen from the linear estimate.
     seen: Vec<Pose>,
 }
@@ -155,11 +157,37 @@ fn steps(log: &Log, params: &Params) -> Vec<Step> {
     steps
 }
 
-/// Sums over particles: of the errors against the linear estimate, and of their products.
-#[derive(Clone, Debug, Default)]
-struct Flock {
+/// Sums over errors, and over their products.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moments {
     first: Vector3<f64>,
     second: Matrix3<f64>,
+}
+
+impl Moments {
+    fn add(&mut self, error: Vector3<f64>) {
+        self.first += error;
+        self.second += error * error.transpose();
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.first += other.first;
+        self.second += other.second;
+    }
+
+    /// Mean and covariance of so many.
+    fn of(&self, count: f64) -> (Vector3<f64>, Matrix3<f64>) {
+        let mean = self.first / count;
+        let rest = self.second - mean * mean.transpose() * count;
+        (mean, rest / (count - 1.0))
+    }
+}
+
+/// Some particles together: their errors against the linear estimate, in differences and in exponential coordinates.
+#[derive(Clone, Debug, Default)]
+struct Flock {
+    differences: Moments,
+    exponential: Moments,
     seen: Vec<Pose>,
 }
 
@@ -235,12 +263,11 @@ pub fn propagate(
                 let [x, y, theta] = journey.travel(&mut random, plan.shape);
                 // Unwrapped: a heading that is wrong by more than half a turn is just that.
                 let error = Vector3::new(x - pose.x, y - pose.y, theta - pose.theta);
-                flock.first += error;
-                flock.second += error * error.transpose();
+                flock.differences.add(error);
+                let apart = se2::between([pose.x, pose.y, pose.theta], [x, y, theta]);
+                flock.exponential.add(se2::log(apart));
                 if member < drawn {
-                    flock
-                        .seen
-                        .push(se2::between([pose.x, pose.y, pose.theta], [x, y, theta]));
+                    flock.seen.push(apart);
                 }
             }
             progress(members as u64);
@@ -250,34 +277,46 @@ pub fn propagate(
     let count = plan.particles as f64;
     let mut all = Flock::default();
     for flock in sums {
-        all.first += flock.first;
-        all.second += flock.second;
+        all.differences.merge(&flock.differences);
+        all.exponential.merge(&flock.exponential);
         all.seen.extend(flock.seen);
     }
-    let bias = all.first / count;
+    let (bias, covariance) = all.differences.of(count);
+    let (_, exponential) = all.exponential.of(count);
     Ok(Propagation {
         name: log.name.clone(),
         plan,
         way: steps.iter().map(|step| step.way).sum(),
         linear,
         mean: Vector3::new(pose.x, pose.y, pose.theta) + bias,
-        covariance: (all.second - bias * bias.transpose() * count) / (count - 1.0),
+        covariance,
+        exponential,
         seen: all.seen,
     })
+}
+
+fn largest_difference(a: &Matrix3<f64>, b: &Matrix3<f64>) -> f64 {
+    let scale = b
+        .diagonal()
+        .map(|variance| 1.0 / variance.max(f64::MIN_POSITIVE).sqrt());
+    (a - b)
+        .component_mul(&(scale * scale.transpose()))
+        .abs()
+        .max()
 }
 
 impl Propagation {
     /// The largest element of the difference of the covariances, particles' minus linear, in units of √(C_ii C_jj) of the linear one.
     #[must_use]
     pub fn difference(&self) -> f64 {
-        let c = &self.linear.covariance;
-        let scale = c
-            .diagonal()
-            .map(|variance| 1.0 / variance.sqrt().max(f64::MIN_POSITIVE));
-        (self.covariance - c)
-            .component_mul(&(scale * scale.transpose()))
-            .abs()
-            .max()
+        largest_difference(&self.covariance, &self.linear.covariance)
+    }
+
+    /// The same in exponential coordinates.
+    #[must_use]
+    pub fn exponential_difference(&self) -> f64 {
+        let linear = se2::in_body(&self.linear.covariance, self.linear.pose.theta);
+        largest_difference(&self.exponential, &linear)
     }
 
     /// What the plot wants to know.
@@ -350,11 +389,14 @@ impl fmt::Display for Propagation {
         let ratio = self.covariance.component_div(&self.linear.covariance);
         writeln!(
             f,
-            "  variances, particles' over linear   x {:.4}  y {:.4}  theta {:.4}   covariances differ by {:.2} % at most",
-            ratio.m11,
-            ratio.m22,
-            ratio.m33,
-            100.0 * self.difference()
+            "  variances, particles' over linear   x {:.4}  y {:.4}  theta {:.4}",
+            ratio.m11, ratio.m22, ratio.m33,
+        )?;
+        writeln!(
+            f,
+            "  covariances differ by {:.2} % at most, in exponential coordinates by {:.2} %",
+            100.0 * self.difference(),
+            100.0 * self.exponential_difference()
         )
     }
 }
