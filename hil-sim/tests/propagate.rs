@@ -136,7 +136,7 @@ fn csv(counts: &[(f64, [i64; 2])]) -> String {
 #[test]
 fn the_command_takes_logs_and_scripts_and_draws() {
     let desk = Desk::new("0 m 1 0.3\n0.5 t 90\n");
-    desk.put("bends.csv", &csv(&journey(2.0, |s| s.sin())));
+    desk.put("bends.csv", &csv(&journey(2.0, f64::sin)));
     let command = "propagate bends.csv a.script --particles 2000 --prior uniform";
     let told = desk.prints(command);
     let heads: Vec<_> = told.lines().filter(|line| !line.starts_with(' ')).collect();
