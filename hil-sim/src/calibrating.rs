@@ -3,10 +3,10 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use hil_sim::calibrate::{Fixes, Learner, Point, Verdict, verdict};
-use hil_sim::exponential::REGION_99;
-use hil_sim::plot;
 use hil_sim::replay::{Errors, Log};
-use hil_sim::robot::{self, Robot};
+use hil_sim::robot::Robot;
+use hil_sim::statistics::CHI_SQUARE_3_99;
+use hil_sim::{plot, settings};
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -62,7 +62,7 @@ fn parse_every(text: &str) -> Result<Every, String> {
 pub fn calibrate_command(options: &Options) -> Result<()> {
     let robot = Robot::load(&options.robot)?;
     let mut params = robot.params;
-    robot::set(&mut params, &options.set)?;
+    settings::apply(&mut params, &options.set)?;
     let fixes = Fixes {
         every: options.fix_every.0,
         position: options.fix_position,
@@ -164,7 +164,7 @@ fn table(title: &str, verdicts: &[Verdict], width: usize) -> Result<String> {
     for name in ["before", "after"].repeat(4) {
         write!(text, "{name:9}")?;
     }
-    writeln!(text, "final pose (99 %: {REGION_99:.2})")?;
+    writeln!(text, "final pose (99 %: {CHI_SQUARE_3_99:.2})")?;
     let line = |name: &str, value: &dyn Fn(Column) -> [f64; 2]| -> Result<String> {
         let mut text = format!("{name:width$}  ");
         for (column, decimals) in columns {

@@ -2,6 +2,7 @@
 
 mod calibrating;
 mod console;
+mod monte_carlo;
 mod run;
 mod soaking;
 mod trace_file;
@@ -14,8 +15,9 @@ use hil_sim::base::Base;
 use hil_sim::plot;
 use hil_sim::replay::{Log, replay};
 use hil_sim::rig::Rig;
-use hil_sim::robot::{self, Robot};
+use hil_sim::robot::Robot;
 use hil_sim::script::Script;
+use hil_sim::settings;
 use hil_sim::trace;
 use std::io::Write;
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -45,6 +47,10 @@ enum Command {
     Calibrate(calibrating::Options),
     /// Drive the classical square test, and compare what it says with what the filter learns from it
     Umbmark(umbmarking::Options),
+    /// Try the estimator on many bases with gains and errors drawn from the parameters: is it as wrong as it says?
+    Consistency(monte_carlo::Consistency),
+    /// Send particles along a log or a script's run, and hold the estimator's linear covariance against theirs
+    Propagate(monte_carlo::Propagate),
     /// Count the instructions of an image's control interrupt while a script runs
     #[cfg(feature = "emulator")]
     #[command(hide = true)]
@@ -156,6 +162,8 @@ fn main() -> ExitCode {
         Some(Command::Replay(replay)) => replay_command(&replay),
         Some(Command::Calibrate(options)) => calibrating::calibrate_command(&options),
         Some(Command::Umbmark(options)) => umbmarking::umbmark_command(&options),
+        Some(Command::Consistency(options)) => monte_carlo::consistency_command(&options),
+        Some(Command::Propagate(options)) => monte_carlo::propagate_command(&options),
         #[cfg(feature = "emulator")]
         Some(Command::Count(count)) => count_command(&count),
         Some(Command::Soak(options)) => soaking::soak_command(&options),
@@ -269,7 +277,7 @@ fn title(script: &Path, robot: &str) -> String {
 fn replay_command(args: &Replay) -> Result<()> {
     let robot = Robot::load(&args.robot)?;
     let mut params = robot.params;
-    robot::set(&mut params, &args.set)?;
+    settings::apply(&mut params, &args.set)?;
     if args.out.is_some() && args.logs.len() > 1 {
         bail!("--out is for one log");
     }

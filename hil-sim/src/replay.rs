@@ -130,6 +130,35 @@ impl Log {
         &self.rows
     }
 
+    /// A log of a run: times (s) and the encoders' counts since power-on, left and right.
+    ///
+    /// # Errors
+    /// As for [`Log::new`].
+    pub fn recorded(name: String, counts: &[(f64, [i64; 2])]) -> Result<Self> {
+        let mut last = counts.first().map_or([0; 2], |(_, counts)| *counts);
+        let rows = counts.iter().map(|(t, counts)| {
+            let since = [counts[0] - last[0], counts[1] - last[1]];
+            last = *counts;
+            Row {
+                t: *t,
+                counts: since,
+                truth: None,
+            }
+        });
+        Self::new(name, rows.collect())
+    }
+
+    /// Where the estimate starts: x, y (m), θ (rad).
+    #[must_use]
+    pub fn start(&self) -> [f64; 3] {
+        self.rows[0].truth.unwrap_or_default()
+    }
+
+    /// Left and right counts of each row after the first, whose own were before the start.
+    pub fn counts(&self) -> impl Iterator<Item = [i64; 2]> {
+        self.rows.iter().skip(1).map(|row| row.counts)
+    }
+
     /// How many rows it has.
     #[must_use]
     #[allow(clippy::len_without_is_empty, reason = "a log is never empty")]
@@ -192,7 +221,7 @@ pub fn replay_from(
     let mut vehicle = vehicle(&wires, &robot, params)?;
     let config = params.build(crate::rig::PERIOD);
     let mut estimator = Estimator::new(config.noise);
-    let [x, y, theta] = log.rows[0].truth.unwrap_or_default();
+    let [x, y, theta] = log.start();
     let pose = Pose { x, y, theta };
     let start = Estimate { pose, covariance };
     let correction = estimator.correction(&Belief::from(start), config.calibration);

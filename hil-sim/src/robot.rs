@@ -125,28 +125,6 @@ impl Robot {
     }
 }
 
-/// Sets parameters by settings like `name=value`.
-///
-/// # Errors
-/// With the setting, if it is not one, or not allowed.
-pub fn set(params: &mut Params, settings: &[String]) -> Result<()> {
-    for setting in settings {
-        let (name, value) = setting
-            .split_once('=')
-            .ok_or_else(|| anyhow!("--set {setting}: write name=value"))?;
-        let id = Id::find(name.trim().as_bytes())
-            .ok_or_else(|| anyhow!("--set {setting}: no parameter `{name}`"))?;
-        let value: f32 = value
-            .trim()
-            .parse()
-            .map_err(|_| anyhow!("--set {setting}: `{value}` is not a number"))?;
-        params
-            .set(id, value)
-            .map_err(|error| anyhow!("--set {setting}: {}", describe(error)))?;
-    }
-    Ok(())
-}
-
 /// Where the value of a dotted key begins.
 fn place(text: &str, key: &str) -> Option<usize> {
     let document = toml::de::DeTable::parse(text).ok()?;

@@ -4,7 +4,8 @@ use anyhow::{Context, Result};
 use clap::Args;
 use hil_sim::calibrate::{Fixes, Learner};
 use hil_sim::rig::Rig;
-use hil_sim::robot::{self, Robot};
+use hil_sim::robot::Robot;
+use hil_sim::settings;
 use hil_sim::umbmark::{ClosedForm, Squares, drive};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Write as _;
@@ -41,7 +42,7 @@ pub struct Options {
 /// Drives, calculates, learns, reports.
 pub fn umbmark_command(options: &Options) -> Result<()> {
     let mut robot = Robot::load(&options.robot)?;
-    robot::set(&mut robot.params, &options.set)?;
+    settings::apply(&mut robot.params, &options.set)?;
     let fixes = Fixes {
         every: None,
         position: options.fix_position,

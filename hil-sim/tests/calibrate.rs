@@ -4,9 +4,10 @@ mod desk;
 
 use desk::{Desk, hil_sim, text};
 use hil_sim::calibrate::{Fixes, Learner, Verdict, calibrate, verdict};
-use hil_sim::exponential::REGION_99;
 use hil_sim::replay::{Log, Row};
-use hil_sim::robot::{self, Robot};
+use hil_sim::robot::Robot;
+use hil_sim::settings;
+use hil_sim::statistics::CHI_SQUARE_3_99;
 use std::f64::consts::PI;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -199,7 +200,7 @@ fn calibrated_on_one_set_of_real_logs_the_others_are_better_than_by_a_batch_opti
                 worst = worst.max(verdict.errors_after.max_position);
                 farthest = farthest.max(verdict.distance);
                 assert!(
-                    verdict.distance < REGION_99,
+                    verdict.distance < CHI_SQUARE_3_99,
                     "{calibrated_on} {}: {}",
                     log.name,
                     verdict.distance
@@ -219,7 +220,7 @@ fn calibrated_on_one_set_of_real_logs_the_others_are_better_than_by_a_batch_opti
 fn real_robot() -> (Robot, Params) {
     let (robot, mut params) = robot();
     let settings = SETTING.map(str::to_owned);
-    robot::set(&mut params, &settings).unwrap();
+    settings::apply(&mut params, &settings).unwrap();
     (robot, params)
 }
 
@@ -260,7 +261,7 @@ fn the_command_reports_gains_and_errors_and_writes_and_draws() {
     for pair in numbers[..8].chunks(2) {
         assert!(pair[1] < 0.2 * pair[0], "{printed}");
     }
-    assert!(numbers[8] < REGION_99, "{printed}");
+    assert!(numbers[8] < CHI_SQUARE_3_99, "{printed}");
     let rows = desk.trace("g.csv");
     assert_eq!(rows.len(), 31);
     let learned: f64 = rows[30][2].parse().unwrap();

@@ -1,9 +1,9 @@
 //! What a calibration is worth: the errors of plain odometry before and after it.
 
 use super::Fixes;
-use crate::exponential;
 use crate::replay::{Errors, Log, Replay, replay, replay_from};
 use crate::robot::Robot;
+use crate::se2;
 use anyhow::{Result, anyhow};
 use vehicle_controller::params::Params;
 
@@ -19,7 +19,7 @@ pub struct Verdict {
     /// … and of the second.
     pub errors_after: Errors,
     /// The squared Mahalanobis distance of the last row's truth, in exponential coordinates, when the first row's is known as well as a fix and the gains as
-    /// well as they were learned. It exceeds [`REGION_99`](exponential::REGION_99) once in a hundred times.
+    /// well as they were learned. It exceeds [`CHI_SQUARE_3_99`](crate::statistics::CHI_SQUARE_3_99) once in a hundred times.
     pub distance: f64,
 }
 
@@ -37,7 +37,7 @@ pub fn verdict(
     let unknown = || anyhow!("{}: the truth is not known", log.name);
     let truth = log.rows()[log.len() - 1].truth.ok_or_else(unknown)?;
     let honest = replay_from(log, robot, after, fixes.covariance())?;
-    let distance = exponential::distance(honest.last(), truth)
+    let distance = se2::nees(honest.last(), truth)
         .ok_or_else(|| anyhow!("{}: the final covariance is singular", log.name))?;
     let (before, after) = (replay(log, robot, before)?, replay(log, robot, after)?);
     Ok(Verdict {
