@@ -30,10 +30,10 @@ pub struct Options {
     #[arg(long, default_value = "2", value_name = "S|end", value_parser = parse_every)]
     fix_every: Every,
     /// How well a fix knows x and y: standard deviation
-    #[arg(long, default_value_t = 0.01, value_name = "M")]
+    #[arg(long, default_value_t = 0.005, value_name = "M")]
     fix_position: f64,
     /// How well a fix knows the heading: standard deviation
-    #[arg(long, default_value_t = 1.0, value_name = "DEG")]
+    #[arg(long, default_value_t = 0.5, value_name = "DEG")]
     fix_heading: f64,
     /// How late a fix arrives, up to 1.5 s
     #[arg(long, default_value_t = 0.0, value_name = "S")]
