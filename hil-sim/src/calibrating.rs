@@ -1,12 +1,13 @@
 //! `calibrate`: gains from logs with ground truth, and what they are worth.
 
+use crate::journey::journey;
+use crate::options::{Every, Told};
 use anyhow::{Context, Result};
 use clap::Args;
 use hil_sim::calibrate::{Fixes, Learner, Point, Verdict, verdict};
+use hil_sim::plot;
 use hil_sim::replay::{Errors, Log};
-use hil_sim::robot::Robot;
 use hil_sim::statistics::CHI_SQUARE_3_99;
-use hil_sim::{plot, settings};
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -14,20 +15,20 @@ use std::path::{Path, PathBuf};
 /// What to calibrate on, and how.
 #[derive(Args)]
 pub struct Options {
-    /// Logs to calibrate on, one after another: CSV with columns t,left,right (counts since the row before),x,y,theta
-    #[arg(required = true)]
-    logs: Vec<PathBuf>,
-    /// Logs to test the result on; they are not learned from
-    #[arg(long, value_name = "LOG", num_args = 1..)]
+    /// Logs to calibrate on, one after another (CSV with columns t,left,right,x,y,theta: counts since the row before, and the truth), or scripts, which are run
+    /// first
+    #[arg(required = true, value_name = "LOG.csv|SCRIPT")]
+    journeys: Vec<PathBuf>,
+    /// Logs or scripts to test the result on; they are not learned from
+    #[arg(long, value_name = "LOG.csv|SCRIPT", num_args = 1..)]
     test: Vec<PathBuf>,
-    /// A robot's name or the path of its .toml file
-    #[arg(long, default_value = "default")]
-    robot: String,
-    /// Set a parameter
-    #[arg(long, value_name = "name=value")]
-    set: Vec<String>,
+    #[command(flatten)]
+    told: Told,
+    /// Seed of everything random in the scripts' runs
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
     /// Time from one fix of the pose to the next; `end`: one at each log's end
-    #[arg(long, default_value = "2", value_name = "S|end", value_parser = parse_every)]
+    #[arg(long, default_value = "2", value_name = "S|end", value_parser = Every::or_end)]
     fix_every: Every,
     /// How well a fix knows x and y: standard deviation
     #[arg(long, default_value_t = 0.005, value_name = "M")]
@@ -46,23 +47,10 @@ pub struct Options {
     plot: Option<PathBuf>,
 }
 
-/// The time between fixes, s; none: one at the end.
-#[derive(Clone, Copy)]
-struct Every(Option<f64>);
-
-fn parse_every(text: &str) -> Result<Every, String> {
-    match text.parse() {
-        _ if text == "end" => Ok(Every(None)),
-        Ok(seconds) if seconds > 0.0 => Ok(Every(Some(seconds))),
-        _ => Err("write seconds above 0, or `end`".into()),
-    }
-}
-
 /// Calibrates, tests, reports.
 pub fn calibrate_command(options: &Options) -> Result<()> {
-    let robot = Robot::load(&options.robot)?;
-    let mut params = robot.params;
-    settings::apply(&mut params, &options.set)?;
+    let robot = options.told.load()?;
+    let params = robot.params;
     let fixes = Fixes {
         every: options.fix_every.0,
         position: options.fix_position,
@@ -73,9 +61,10 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         plot::check_name(picture)?;
     }
     let load = |paths: &[PathBuf]| -> Result<Vec<Log>> {
-        paths.iter().map(|path| Log::load(path)).collect()
+        let load = |path: &PathBuf| journey(path, &robot, options.seed);
+        paths.iter().map(load).collect()
     };
-    let (logs, tests) = (load(&options.logs)?, load(&options.test)?);
+    let (logs, tests) = (load(&options.journeys)?, load(&options.test)?);
     let mut out = std::io::stdout();
     let mut learner = Learner::new(&robot, &params, &fixes)?;
     let names = logs
@@ -83,10 +72,12 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         .chain(&tests)
         .map(|log| log.name.chars().count());
     let width = names.max().unwrap_or_default().max(12);
-    let mut text = format!(
-        "{:width$}  fixes  refused  d2/3  {:21}{:21}k_b\n",
+    let mut text = heading(options, &fixes);
+    writeln!(
+        text,
+        "{:width$}  fixes  refused  d2/3  {:21}{:21}k_b",
         "gains", "k_r", "k_l"
-    );
+    )?;
     let calibration = learner.calibration();
     writeln!(
         text,
@@ -123,12 +114,28 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         write_points(path, &logs, learner.points())?;
     }
     if let Some(picture) = &options.plot {
-        let title = format!("Calibration of {}", options.robot);
+        let title = format!("Calibration of {}", options.told.robot);
         let last = others.last().or(own.last());
         let shown = last.map(|verdict| (&verdict.before, &verdict.after));
         plot::plot_convergence(learner.points(), shown, &title, picture)?;
     }
     Ok(())
+}
+
+/// What is done.
+fn heading(options: &Options, fixes: &Fixes) -> String {
+    let every = fixes
+        .every
+        .map_or("at each end".into(), |every| format!("every {every} s"));
+    format!(
+        "on {}, {} logs to learn from, {} to test: a fix of {:.1} cm and {:.2} deg {every}, {} s late\n",
+        options.told.robot,
+        options.journeys.len(),
+        options.test.len(),
+        100.0 * fixes.position,
+        fixes.heading.to_degrees(),
+        fixes.delay
+    )
 }
 
 fn gains(calibration: &vehicle_controller::vehicle::Calibration) -> String {

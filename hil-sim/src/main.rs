@@ -2,7 +2,9 @@
 
 mod calibrating;
 mod console;
+mod journey;
 mod monte_carlo;
+mod options;
 mod run;
 mod soaking;
 mod trace_file;
@@ -17,7 +19,6 @@ use hil_sim::replay::{Log, replay};
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
 use hil_sim::script::Script;
-use hil_sim::settings;
 use hil_sim::trace;
 use std::io::Write;
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -130,12 +131,8 @@ struct Replay {
     /// Logs: CSV with columns t,left,right (counts since the row before) and optionally x,y,theta
     #[arg(required = true)]
     logs: Vec<PathBuf>,
-    /// A robot's name or the path of its .toml file
-    #[arg(long, default_value = "default")]
-    robot: String,
-    /// Set a parameter
-    #[arg(long, value_name = "name=value")]
-    set: Vec<String>,
+    #[command(flatten)]
+    told: options::Told,
     /// Write a row per log row (CSV); one log only
     #[arg(long, value_name = "F.csv")]
     out: Option<PathBuf>,
@@ -275,9 +272,7 @@ fn title(script: &Path, robot: &str) -> String {
 }
 
 fn replay_command(args: &Replay) -> Result<()> {
-    let robot = Robot::load(&args.robot)?;
-    let mut params = robot.params;
-    settings::apply(&mut params, &args.set)?;
+    let robot = args.told.load()?;
     if args.out.is_some() && args.logs.len() > 1 {
         bail!("--out is for one log");
     }
@@ -287,7 +282,7 @@ fn replay_command(args: &Replay) -> Result<()> {
     let mut paths = Vec::new();
     for path in &args.logs {
         let log = Log::load(path)?;
-        let replayed = replay(&log, &robot, &params)?;
+        let replayed = replay(&log, &robot, &robot.params)?;
         write!(std::io::stdout(), "{}", replayed.report()).context("standard output")?;
         if let Some(out) = &args.out {
             replayed.write(out)?;
@@ -295,7 +290,7 @@ fn replay_command(args: &Replay) -> Result<()> {
         paths.push(replayed.path());
     }
     if let Some(picture) = &args.plot {
-        plot::plot_replay(&paths, &format!("Replay on {}", args.robot), picture)?;
+        plot::plot_replay(&paths, &format!("Replay on {}", args.told.robot), picture)?;
     }
     Ok(())
 }

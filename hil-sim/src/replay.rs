@@ -4,6 +4,7 @@ use crate::peripherals::Wires;
 use crate::plot::ReplayPath;
 use crate::rig::vehicle;
 use crate::robot::Robot;
+use crate::trace;
 use anyhow::{Context, Result, anyhow, bail};
 use nalgebra::Matrix3;
 use std::collections::BTreeMap;
@@ -23,6 +24,17 @@ pub struct Row {
     pub counts: [i64; 2],
     /// x, y (m), θ (rad), where known.
     pub truth: Option<[f64; 3]>,
+}
+
+impl From<&trace::Row> for Row {
+    /// With the counts since power-on, as [`Log::recorded`] takes them.
+    fn from(row: &trace::Row) -> Self {
+        Self {
+            t: row.t,
+            counts: [row.left_count, row.right_count],
+            truth: Some([row.true_x, row.true_y, row.true_theta]),
+        }
+    }
 }
 
 /// A recorded log.
@@ -130,22 +142,18 @@ impl Log {
         &self.rows
     }
 
-    /// A log of a run: times (s) and the encoders' counts since power-on, left and right.
+    /// A log of rows whose counts are those since power-on.
     ///
     /// # Errors
     /// As for [`Log::new`].
-    pub fn recorded(name: String, counts: &[(f64, [i64; 2])]) -> Result<Self> {
-        let mut last = counts.first().map_or([0; 2], |(_, counts)| *counts);
-        let rows = counts.iter().map(|(t, counts)| {
-            let since = [counts[0] - last[0], counts[1] - last[1]];
-            last = *counts;
-            Row {
-                t: *t,
-                counts: since,
-                truth: None,
-            }
-        });
-        Self::new(name, rows.collect())
+    pub fn recorded(name: String, rows: impl IntoIterator<Item = Row>) -> Result<Self> {
+        let mut last = None;
+        let since = |row: Row| {
+            let before = last.replace(row.counts).unwrap_or(row.counts);
+            let counts = [row.counts[0] - before[0], row.counts[1] - before[1]];
+            Row { counts, ..row }
+        };
+        Self::new(name, rows.into_iter().map(since).collect())
     }
 
     /// Where the estimate starts: x, y (m), θ (rad).

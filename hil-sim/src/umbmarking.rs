@@ -1,13 +1,12 @@
 //! `umbmark`: the square path experiment, its closed form, and what the filter makes of the same squares.
 
+use crate::options::{bar, told};
 use anyhow::{Context, Result};
 use clap::Args;
 use hil_sim::calibrate::{Fixes, Learner};
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
-use hil_sim::settings;
 use hil_sim::umbmark::{ClosedForm, Squares, drive};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Write as _;
 use std::io::Write;
 use vehicle_controller::params::{Id, Params};
@@ -22,14 +21,14 @@ pub struct Options {
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Sides of the square, m
+    /// Sides of the square
     #[arg(long, default_value_t = 4.0, value_name = "M")]
     side: f64,
     /// Squares each way
     #[arg(long, default_value_t = 5, value_name = "N")]
     runs: usize,
-    /// Set a parameter
-    #[arg(long, value_name = "name=value")]
+    /// Set a parameter; may be given again
+    #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
     /// How well the filter's fix at the end of a square knows x and y: standard deviation
     #[arg(long, default_value_t = 0.002, value_name = "M")]
@@ -41,8 +40,7 @@ pub struct Options {
 
 /// Drives, calculates, learns, reports.
 pub fn umbmark_command(options: &Options) -> Result<()> {
-    let mut robot = Robot::load(&options.robot)?;
-    settings::apply(&mut robot.params, &options.set)?;
+    let robot = told(&options.robot, &options.set)?;
     let fixes = Fixes {
         every: None,
         position: options.fix_position,
@@ -51,12 +49,7 @@ pub fn umbmark_command(options: &Options) -> Result<()> {
     };
     let mut learner = Learner::new(&robot, &robot.params, &fixes)?;
     let mut base = Rig::new(&robot, options.seed)?;
-    let bar =
-        ProgressBar::with_draw_target(Some(2 * options.runs as u64), ProgressDrawTarget::stderr());
-    bar.set_style(
-        ProgressStyle::with_template("{wide_bar} {pos} of {len} squares, {eta} left")
-            .unwrap_or_else(|_| ProgressStyle::default_bar()),
-    );
+    let bar = bar(2 * options.runs as u64, "squares");
     let squares = drive(&mut base, options.side, options.runs, &|| bar.inc(1))?;
     bar.finish_and_clear();
     for log in squares.in_turn() {
@@ -93,8 +86,13 @@ fn report(
     let factors = closed.gains();
     let calculated = [0, 1, 2].map(|i| was[i] * factors[i]);
     let mut text = format!(
-        "{} squares of {} m each way on {}, seed {}\n",
-        options.runs, options.side, options.robot, options.seed
+        "on {}, {} squares of {} m each way, seed {}: the filter has a fix of {:.1} cm and {:.2} deg at each end\n",
+        options.robot,
+        options.runs,
+        options.side,
+        options.seed,
+        100.0 * options.fix_position,
+        options.fix_heading
     );
     for (name, [x, y]) in [
         ("clockwise", errors.clockwise),

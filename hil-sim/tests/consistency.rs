@@ -203,7 +203,7 @@ fn the_command_reports_writes_and_draws_and_repeats_itself() {
     let first = desk.prints(command);
     assert!(
         first.starts_with(
-            "20 runs of 20 s, seed 1: a fix of 1.0 cm and 0.50 deg every 2 s, gains learned\n"
+            "on default, 20 runs of 20 s, seed 1: a fix of 1.0 cm and 0.50 deg every 2 s, gains learned\n"
         ),
         "{first}"
     );
@@ -238,7 +238,9 @@ fn the_command_refuses_what_makes_no_sense() {
         ("--set k_drift=1000", "k_drift must be"),
         ("--robot nobody", "nobody"),
         ("--plot p.gif", "p.gif"),
-        ("--fix-deviations 0 1", "above 0"),
+        ("--fix-position 0", "above 0"),
+        ("--fix-heading nan", "above 0"),
+        ("--learn", "nothing to learn from"),
         // Nothing random, nothing unknown: the estimate is exact, and there is nothing to compare.
         (
             "--set k_drift=0 --set k_rot=0 --set k_scale=0 --set noise_s=0 --set noise_drift=0 --set noise_rot=0",

@@ -4,7 +4,7 @@ mod desk;
 
 use desk::Desk;
 use hil_sim::propagation::{Plan, Propagation, Shape, propagate};
-use hil_sim::replay::Log;
+use hil_sim::replay::{Log, Row};
 use hil_sim::robot::Robot;
 use hil_sim::settings;
 use std::f64::consts::PI;
@@ -29,9 +29,19 @@ fn journey(way: f64, curvature: impl Fn(f64) -> f64) -> Vec<(f64, [i64; 2])> {
     counts
 }
 
+/// The log of that.
+fn recorded(name: &str, counts: &[(f64, [i64; 2])]) -> Log {
+    let rows = counts.iter().map(|(t, counts)| Row {
+        t: *t,
+        counts: *counts,
+        truth: None,
+    });
+    Log::recorded(name.into(), rows).unwrap()
+}
+
 /// 10 m: to the left, to the right and to the left again.
 fn bends() -> Log {
-    Log::recorded("bends".into(), &journey(10.0, |s| (0.7 * s).sin())).unwrap()
+    recorded("bends", &journey(10.0, |s| (0.7 * s).sin()))
 }
 
 fn propagated(log: &Log, set: &str, particles: usize, shape: Shape, seed: u64) -> Propagation {
@@ -74,7 +84,7 @@ fn the_linear_covariance_is_that_of_the_particles_within_a_twentieth() {
 #[test]
 fn particles_on_a_straight_way_have_the_closed_forms_covariance() {
     // Var θ = κL + KL², Var y = κL³/3 + KL⁴/4, Var x = κ_S L + σ_d² L², all in the small.
-    let log = Log::recorded("straight".into(), &journey(5.0, |_| 0.0)).unwrap();
+    let log = recorded("straight", &journey(5.0, |_| 0.0));
     let set = "k_drift=0.04 k_rot=1e-4 k_scale=1e-4 noise_s=1e-5 noise_drift=0.01 noise_rot=0";
     let propagation = propagated(&log, set, 50_000, Shape::Gaussian, 3);
     let (way, degree) = (5.0_f64, 1.0_f64.to_radians());
@@ -99,7 +109,7 @@ fn a_uniform_prior_has_its_bounds() {
     for part in 1..=40 {
         counts.push((0.05 * part as f64, [-turn * part / 40, turn * part / 40]));
     }
-    let log = Log::recorded("turn".into(), &counts).unwrap();
+    let log = recorded("turn", &counts);
     let set = "k_drift=0 k_rot=1e-4 k_scale=0 noise_s=0 noise_drift=0 noise_rot=0";
     let propagation = propagated(&log, set, 20_000, Shape::Uniform, 5);
     let deviation = propagation.covariance.m33.sqrt();

@@ -35,7 +35,7 @@ pub fn drive(base: &mut dyn Base, side: f64, runs: usize, driven: &dyn Fn()) -> 
         let one = |run: usize| {
             let rows = drive_one(base, side, turn).with_context(|| format!("{name} {run}"))?;
             driven();
-            Log::new(format!("{name}-{run}"), rows)
+            Log::recorded(format!("{name}-{run}"), rows)
         };
         (1..=runs).map(one).collect()
     };
@@ -65,7 +65,6 @@ fn drive_one(base: &mut dyn Base, side: f64, turn: f64) -> Result<Vec<Row>> {
 struct Recorder<'a> {
     base: &'a mut dyn Base,
     rows: Vec<Row>,
-    counts: Option<[i64; 2]>,
     tick: u32,
     line: Vec<u8>,
 }
@@ -75,21 +74,13 @@ impl<'a> Recorder<'a> {
         Self {
             base,
             rows: Vec::new(),
-            counts: None,
             tick: 0,
             line: Vec::new(),
         }
     }
 
     fn note(&mut self) -> Result<()> {
-        let row = self.base.row()?;
-        let counts = [row.left_count, row.right_count];
-        let before = self.counts.replace(counts).unwrap_or(counts);
-        self.rows.push(Row {
-            t: row.t,
-            counts: [counts[0] - before[0], counts[1] - before[1]],
-            truth: Some([row.true_x, row.true_y, row.true_theta]),
-        });
+        self.rows.push(Row::from(&self.base.row()?));
         Ok(())
     }
 
