@@ -6,22 +6,22 @@ use counts::base::{Base, pose, symmetric};
 use nalgebra::Vector3;
 use vehicle_controller::controller::{CorrectionError, Noise, Pose, Refusal};
 
-/// A base that has gone a metre straight on, and stands.
-fn after_a_metre() -> Base {
+/// A base that has gone two metres straight on, and stands.
+fn after_two_metres() -> Base {
     let mut base = Base::new(Noise::default());
-    base.drive(2000, 0.5, 0.0);
+    base.drive(4000, 0.5, 0.0);
     base.drive(1000, 0.0, 0.0);
     base
 }
 
 #[test]
 fn a_measured_run_scales_both_wheels() {
-    let mut base = after_a_metre();
-    base.desk.calibrate_straight(1.01).unwrap();
+    let mut base = after_two_metres();
+    base.desk.calibrate_straight(2.02).unwrap();
     base.drive(10, 0.0, 0.0);
     let calibration = *base.desk.calibration();
     let [right, left, base_gain] = calibration.gains.map(f64::from);
-    // The prior's 1 % against a tape's 5 mm over a metre: four fifths of it.
+    // The prior's 0.5 % of two metres against a tape's 5 mm: four fifths of it.
     let share = 1e-4 / (1e-4 + 0.25e-4);
     for wheel in [right, left] {
         assert!((wheel - 1.0 - 0.01 * share).abs() < 2e-4, "{wheel}");
@@ -30,15 +30,15 @@ fn a_measured_run_scales_both_wheels() {
     // The controller has them, too.
     let known = base.desk.snapshot().estimator.calibration();
     assert_eq!(*known, calibration);
-    // The metre that was gone is longer now.
-    assert!((base.estimate().pose.x - 1.008).abs() < 2e-4);
+    // The way that was gone is longer now.
+    assert!((base.estimate().pose.x - 2.016).abs() < 4e-4);
 }
 
 #[test]
 fn a_run_that_would_make_a_gain_absurd_is_refused() {
-    let mut base = after_a_metre();
+    let mut base = after_two_metres();
     let before = format!("{:?}", base.desk);
-    let refusal = base.desk.calibrate_straight(2.0);
+    let refusal = base.desk.calibrate_straight(4.0);
     assert_eq!(refusal, Err(Refusal::Correction(CorrectionError::Gains)));
     assert_eq!(format!("{:?}", base.desk), before);
     let mut base = Base::new(Noise::default());

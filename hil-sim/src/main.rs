@@ -1,9 +1,14 @@
 //! `hil-sim`: drive a simulated robot base, run scripts on it, replay logs, draw what happened.
 
+mod calibrating;
 mod console;
+mod journey;
+mod monte_carlo;
+mod options;
 mod run;
 mod soaking;
 mod trace_file;
+mod umbmarking;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
@@ -12,7 +17,7 @@ use hil_sim::base::Base;
 use hil_sim::plot;
 use hil_sim::replay::{Log, replay};
 use hil_sim::rig::Rig;
-use hil_sim::robot::{Robot, describe};
+use hil_sim::robot::Robot;
 use hil_sim::script::Script;
 use hil_sim::trace;
 use std::io::Write;
@@ -20,7 +25,6 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trace_file::TraceFile;
-use vehicle_controller::params::Id;
 
 /// A simulated robot base: the real vehicle controller on simulated motors, battery, tyres and encoders.
 #[derive(Parser)]
@@ -40,6 +44,14 @@ enum Command {
     Run(Run),
     /// Feed recorded encoder counts through the vehicle and the estimator
     Replay(Replay),
+    /// Learn the gains from logs with ground truth, and show what that is worth
+    Calibrate(calibrating::Options),
+    /// Drive the classical square test, and compare what it says with what the filter learns from it
+    Umbmark(umbmarking::Options),
+    /// Try the estimator on many bases with gains and errors drawn from the parameters: is it as wrong as it says?
+    Consistency(monte_carlo::Consistency),
+    /// Send particles along a log or a script's run, and hold the estimator's linear covariance against theirs
+    Propagate(monte_carlo::Propagate),
     /// Count the instructions of an image's control interrupt while a script runs
     #[cfg(feature = "emulator")]
     #[command(hide = true)]
@@ -119,12 +131,8 @@ struct Replay {
     /// Logs: CSV with columns t,left,right (counts since the row before) and optionally x,y,theta
     #[arg(required = true)]
     logs: Vec<PathBuf>,
-    /// A robot's name or the path of its .toml file
-    #[arg(long, default_value = "default")]
-    robot: String,
-    /// Set a parameter
-    #[arg(long, value_name = "name=value")]
-    set: Vec<String>,
+    #[command(flatten)]
+    told: options::Told,
     /// Write a row per log row (CSV); one log only
     #[arg(long, value_name = "F.csv")]
     out: Option<PathBuf>,
@@ -149,6 +157,10 @@ fn main() -> ExitCode {
         Some(Command::Drive(drive)) => drive_command(&drive),
         Some(Command::Run(run)) => run_command(&run),
         Some(Command::Replay(replay)) => replay_command(&replay),
+        Some(Command::Calibrate(options)) => calibrating::calibrate_command(&options),
+        Some(Command::Umbmark(options)) => umbmarking::umbmark_command(&options),
+        Some(Command::Consistency(options)) => monte_carlo::consistency_command(&options),
+        Some(Command::Propagate(options)) => monte_carlo::propagate_command(&options),
         #[cfg(feature = "emulator")]
         Some(Command::Count(count)) => count_command(&count),
         Some(Command::Soak(options)) => soaking::soak_command(&options),
@@ -260,22 +272,7 @@ fn title(script: &Path, robot: &str) -> String {
 }
 
 fn replay_command(args: &Replay) -> Result<()> {
-    let robot = Robot::load(&args.robot)?;
-    let mut params = robot.params;
-    for setting in &args.set {
-        let (name, value) = setting
-            .split_once('=')
-            .ok_or_else(|| anyhow!("--set {setting}: write name=value"))?;
-        let id = Id::find(name.trim().as_bytes())
-            .ok_or_else(|| anyhow!("--set {setting}: no parameter `{name}`"))?;
-        let value: f32 = value
-            .trim()
-            .parse()
-            .map_err(|_| anyhow!("--set {setting}: `{value}` is not a number"))?;
-        params
-            .set(id, value)
-            .map_err(|error| anyhow!("--set {setting}: {}", describe(error)))?;
-    }
+    let robot = args.told.load()?;
     if args.out.is_some() && args.logs.len() > 1 {
         bail!("--out is for one log");
     }
@@ -285,7 +282,7 @@ fn replay_command(args: &Replay) -> Result<()> {
     let mut paths = Vec::new();
     for path in &args.logs {
         let log = Log::load(path)?;
-        let replayed = replay(&log, &robot, &params)?;
+        let replayed = replay(&log, &robot, &robot.params)?;
         write!(std::io::stdout(), "{}", replayed.report()).context("standard output")?;
         if let Some(out) = &args.out {
             replayed.write(out)?;
@@ -293,7 +290,7 @@ fn replay_command(args: &Replay) -> Result<()> {
         paths.push(replayed.path());
     }
     if let Some(picture) = &args.plot {
-        plot::plot_replay(&paths, &format!("Replay on {}", args.robot), picture)?;
+        plot::plot_replay(&paths, &format!("Replay on {}", args.told.robot), picture)?;
     }
     Ok(())
 }

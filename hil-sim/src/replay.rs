@@ -4,7 +4,9 @@ use crate::peripherals::Wires;
 use crate::plot::ReplayPath;
 use crate::rig::vehicle;
 use crate::robot::Robot;
+use crate::trace;
 use anyhow::{Context, Result, anyhow, bail};
+use nalgebra::Matrix3;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -15,12 +17,24 @@ use vehicle_controller::vehicle::VirtualVehicle;
 
 /// A row of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Row {
-    t: f64,
-    /// Counts since the row before.
-    counts: [i64; 2],
+pub struct Row {
+    /// Time, s.
+    pub t: f64,
+    /// Counts since the row before, left first.
+    pub counts: [i64; 2],
     /// x, y (m), θ (rad), where known.
-    truth: Option<[f64; 3]>,
+    pub truth: Option<[f64; 3]>,
+}
+
+impl From<&trace::Row> for Row {
+    /// With the counts since power-on, as [`Log::recorded`] takes them.
+    fn from(row: &trace::Row) -> Self {
+        Self {
+            t: row.t,
+            counts: [row.left_count, row.right_count],
+            truth: Some([row.true_x, row.true_y, row.true_theta]),
+        }
+    }
 }
 
 /// A recorded log.
@@ -104,12 +118,53 @@ impl Log {
         if rows.is_empty() {
             bail!("{shown}: the log has no rows");
         }
-        let name = path
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        Self::new(name.into_owned(), rows)
+    }
+
+    /// A log of these rows: at least one, their times not falling.
+    ///
+    /// # Errors
+    /// If there is none, or a time goes backwards.
+    pub fn new(name: String, rows: Vec<Row>) -> Result<Self> {
+        if rows.is_empty() {
+            bail!("{name}: the log has no rows");
+        }
+        if !rows.is_sorted_by(|a, b| a.t <= b.t) {
+            bail!("{name}: t goes backwards");
+        }
         Ok(Self { name, rows })
+    }
+
+    /// Its rows, at least one.
+    #[must_use]
+    pub fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    /// A log of rows whose counts are those since power-on.
+    ///
+    /// # Errors
+    /// As for [`Log::new`].
+    pub fn recorded(name: String, rows: impl IntoIterator<Item = Row>) -> Result<Self> {
+        let mut last = None;
+        let since = |row: Row| {
+            let before = last.replace(row.counts).unwrap_or(row.counts);
+            let counts = [row.counts[0] - before[0], row.counts[1] - before[1]];
+            Row { counts, ..row }
+        };
+        Self::new(name, rows.into_iter().map(since).collect())
+    }
+
+    /// Where the estimate starts: x, y (m), θ (rad).
+    #[must_use]
+    pub fn start(&self) -> [f64; 3] {
+        self.rows[0].truth.unwrap_or_default()
+    }
+
+    /// Left and right counts of each row after the first, whose own were before the start.
+    pub fn counts(&self) -> impl Iterator<Item = [i64; 2]> {
+        self.rows.iter().skip(1).map(|row| row.counts)
     }
 
     /// How many rows it has.
@@ -152,6 +207,19 @@ pub struct Errors {
 /// # Errors
 /// None: the fakes never refuse.
 pub fn replay(log: &Log, robot: &Robot, params: &Params) -> Result<Replay> {
+    replay_from(log, robot, params, Matrix3::zeros())
+}
+
+/// The same, when the first row's truth is only known so well: its covariance, m², m·rad, rad².
+///
+/// # Errors
+/// None: the fakes never refuse.
+pub fn replay_from(
+    log: &Log,
+    robot: &Robot,
+    params: &Params,
+    covariance: Matrix3<f64>,
+) -> Result<Replay> {
     let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
     // A log's row may hold more counts than a narrow counter can.
     let robot = Robot {
@@ -161,8 +229,9 @@ pub fn replay(log: &Log, robot: &Robot, params: &Params) -> Result<Replay> {
     let mut vehicle = vehicle(&wires, &robot, params)?;
     let config = params.build(crate::rig::PERIOD);
     let mut estimator = Estimator::new(config.noise);
-    let [x, y, theta] = log.rows[0].truth.unwrap_or_default();
-    let start = Estimate::certain(Pose { x, y, theta });
+    let [x, y, theta] = log.start();
+    let pose = Pose { x, y, theta };
+    let start = Estimate { pose, covariance };
     let correction = estimator.correction(&Belief::from(start), config.calibration);
     estimator.apply(&correction, vehicle.influence());
 

@@ -1,9 +1,9 @@
 //! `soak`: hours of random driving, with a bar and a summary.
 
+use crate::options::bar;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use hil_sim::soak::{Mode, Plan, soak};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -71,11 +71,7 @@ pub fn soak_command(options: &Options) -> Result<()> {
             .threads
             .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)),
     };
-    let bar = ProgressBar::with_draw_target(Some(plan.total()?), ProgressDrawTarget::stderr());
-    bar.set_style(
-        ProgressStyle::with_template("{wide_bar} {percent} % of the soak, {eta} left")
-            .unwrap_or_else(|_| ProgressStyle::default_bar()),
-    );
+    let bar = bar(plan.total()?, "soak");
     let start = Instant::now();
     let tally = soak(&plan, &|ticks| bar.inc(ticks))?;
     bar.finish_and_clear();

@@ -53,15 +53,20 @@ pub fn difference(is: &Matrix3<f64>, wanted: &Matrix3<f64>) -> f64 {
 impl Base {
     /// At the origin, certain of it.
     pub fn new(noise: Noise) -> Self {
+        Self::with(&Params::default(), noise)
+    }
+
+    /// At the origin, certain of it, with these parameters but for the noise.
+    pub fn with(params: &Params, noise: Noise) -> Self {
         let vehicle_config = config(geometry());
         let (vehicle, counts) = vehicle(&vehicle_config, [0, 0]);
         let config = Config {
             noise,
-            ..Params::default().build(Duration::millis(1))
+            ..params.build(Duration::millis(1))
         };
         let mut controller = Controller::new(vehicle, config, None);
         controller.tick(Instant::from_ticks(0), &Inputs::default());
-        let desk = Interface::new(controller.snapshot(), Params::default().limits());
+        let desk = Interface::new(controller.snapshot(), params.limits());
         Self {
             desk,
             controller,

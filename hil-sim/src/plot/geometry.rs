@@ -274,6 +274,27 @@ pub(super) fn clip_area(points: &[Point], rect: Rect) -> Vec<Point> {
     })
 }
 
+/// The convex hull, closed: Andrew's monotone chain.
+pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let chain = |points: &mut dyn Iterator<Item = Point>| {
+        let mut chain: Vec<Point> = Vec::new();
+        for c in points {
+            while let [.., a, b] = chain[..]
+                && (b.0 - a.0) * (c.1 - a.1) <= (b.1 - a.1) * (c.0 - a.0)
+            {
+                chain.pop();
+            }
+            chain.push(c);
+        }
+        chain
+    };
+    let mut hull = chain(&mut points.iter().copied());
+    let upper = chain(&mut points.iter().rev().copied());
+    hull.extend(upper.into_iter().skip(1));
+    hull
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -370,6 +391,17 @@ mod tests {
                 vec![(7.0, 1.0), (7.0, 6.0)],
                 vec![(7.0, 9.0), (7.0, 10.0)],
             ]
+        );
+    }
+
+    #[test]
+    fn hull_leaves_out_what_is_inside() {
+        let square = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)];
+        let inside = [(1.0, 1.0), (1.0, 0.0), (0.5, 1.5), (0.0, 0.0)];
+        let hull = hull(square.into_iter().chain(inside).collect());
+        assert_eq!(
+            hull,
+            [square[0], square[1], square[2], square[3], square[0]]
         );
     }
 

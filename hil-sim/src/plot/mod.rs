@@ -1,5 +1,7 @@
-//! Figures of traces and replayed logs, as SVG or PNG; equal rows make equal files, on any machine.
+//! Figures of traces, of replayed logs and of clouds of poses, as SVG or PNG; equal rows make equal files, on any machine.
 
+mod cloud;
+mod convergence;
 mod geometry;
 mod motion;
 mod panel;
@@ -13,6 +15,8 @@ use std::path::Path;
 use anyhow::ensure;
 use plotters::style::RGBColor;
 
+pub use cloud::{Cloud, OverTime, plot_cloud};
+pub use convergence::plot_convergence;
 pub use replay::{ReplayPath, plot_replay};
 
 use crate::trace::Row;

@@ -191,7 +191,7 @@ fn bounds(tracks: &[Track], ellipses: &[Vec<Placed>]) -> Rect {
 }
 
 /// The panel in which the bounds fill the place at an equal scale of both axes.
-fn view(bounds: Rect, place: Rect) -> Panel {
+pub(super) fn view(bounds: Rect, place: Rect) -> Panel {
     let across = bounds.width().max(LEAST_EXTENT) / (place.width() - 2.0 * MARGIN);
     let up = bounds.height().max(LEAST_EXTENT) / (place.height() - 2.0 * MARGIN);
     let metres = 0.5 * across.max(up);

@@ -1,6 +1,10 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::PathBuf;
 
+use nalgebra::Matrix3;
+
+use super::cloud::cloud_scene;
+use super::convergence::convergence_scene;
 use super::replay::replay_scene;
 use super::scene::{HEIGHT, Shape};
 use super::*;
@@ -163,6 +167,42 @@ fn replayed(name: &str, radius: f64) -> ReplayPath {
     }
 }
 
+/// A cloud about an estimate with a heading that is uncertain by `heading` rad, 10 m from the start.
+fn cloud(heading: f64, timed: bool) -> Cloud {
+    let (variance, far) = (heading * heading, 10.0);
+    let covariance = Matrix3::new(
+        1e-2,
+        0.0,
+        0.0,
+        0.0,
+        1e-2 + far * far * variance,
+        far * variance,
+        0.0,
+        far * variance,
+        variance,
+    );
+    let point = |index| {
+        let angle = 1.7 * heading * noise(index, 1);
+        [
+            far * (angle.cos() - 1.0) + 0.17 * noise(index, 2),
+            far * angle.sin() + 0.17 * noise(index, 3),
+        ]
+    };
+    let times: Vec<f64> = (1..=60).map(f64::from).collect();
+    Cloud {
+        points: (0..400).map(point).collect(),
+        points_name: "true positions at the end".into(),
+        covariance,
+        other: (!timed).then(|| ([-0.2, 0.0], 0.8 * covariance, "another's ellipse".into())),
+        over_time: timed.then(|| OverTime {
+            nees: times.iter().map(|t| 1.0 + 0.004 * t).collect(),
+            cartesian: times.iter().map(|t| 1.0 + 0.05 * t).collect(),
+            times,
+            band: [0.92, 1.08],
+        }),
+    }
+}
+
 /// Where `PLOT_SAMPLES` says, or a folder that vanishes.
 fn write(name: &str, draw: impl Fn(&Path) -> anyhow::Result<()>) -> Vec<u8> {
     let directory = tempfile::tempdir().unwrap();
@@ -226,6 +266,29 @@ fn texts_neither_overlap_nor_leave_the_figure() {
         .collect();
     check_texts(&replay_scene(&many[..1], title).unwrap());
     check_texts(&replay_scene(&many, title).unwrap());
+    for heading in [1e-6, 0.01, 0.5] {
+        for timed in [false, true] {
+            check_texts(&cloud_scene(&cloud(heading, timed), title).unwrap());
+        }
+    }
+    for points in [learned(1), learned(500)] {
+        check_texts(&convergence_scene(&points, None, title).unwrap());
+    }
+}
+
+/// Gains that settle, over three logs.
+fn learned(count: usize) -> Vec<crate::calibrate::Point> {
+    let point = |index| {
+        let known = 1.0 / (1.0 + index as f64);
+        crate::calibrate::Point {
+            t: 2.0 * index as f64,
+            log: 3 * index / count,
+            gains: [1.0 - 0.01 * noise(index, 0) * known, 0.994, 1.007],
+            covariance: Matrix3::identity() * 1e-4 * known,
+            distance: None,
+        }
+    };
+    (0..count).map(point).collect()
 }
 
 #[test]
@@ -337,6 +400,19 @@ fn replays_can_be_drawn() {
 }
 
 #[test]
+fn clouds_can_be_drawn() {
+    for (name, timed) in [("cloud.png", false), ("cloud-timed.svg", true)] {
+        let bytes = write(name, |path| plot_cloud(&cloud(0.3, timed), "cloud", path));
+        assert!(bytes.len() < 1_000_000, "{name}: {} bytes", bytes.len());
+    }
+    let mut bad = cloud(0.3, false);
+    bad.covariance.m11 = f64::NAN;
+    assert!(plot_cloud(&bad, "", Path::new("a.svg")).is_err());
+    bad.points.clear();
+    assert!(plot_cloud(&bad, "", Path::new("a.svg")).is_err());
+}
+
+#[test]
 fn bad_requests_are_refused() {
     let message = |result: anyhow::Result<()>| format!("{:#}", result.unwrap_err());
     let rows = run();
@@ -368,4 +444,11 @@ fn bad_requests_are_refused() {
         "path `short` has 600 estimated poses but 599 covariances"
     );
     assert!(plot_replay(&[], "", Path::new("a.svg")).is_err());
+    assert!(plot_convergence(&[], None, "", Path::new("a.svg")).is_err());
+    let mut points = learned(3);
+    points[1].gains[2] = f64::NAN;
+    assert_eq!(
+        message(plot_convergence(&points, None, "", Path::new("a.svg"))),
+        "at 2 s there is a gain that is not finite"
+    );
 }

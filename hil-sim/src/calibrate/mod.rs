@@ -1,0 +1,273 @@
+//! Calibration: recorded counts and fixes of the pose through the whole controller, which learns its gains from them as it would on the floor.
+
+mod verdict;
+
+pub use verdict::{Verdict, verdict};
+
+use crate::peripherals::Wires;
+use crate::replay::{Log, Row};
+use crate::rig::{PERIOD, Vehicle, vehicle};
+use crate::robot::Robot;
+use anyhow::{Result, anyhow, bail, ensure};
+use nalgebra::{Matrix3, Vector3};
+use std::collections::VecDeque;
+use std::rc::Rc;
+use vehicle_controller::controller::{
+    Controller, CorrectionError, Inputs, Interface, MAX_AGE, Observation, Pose, Refusal,
+};
+use vehicle_controller::interpreter::Desk;
+use vehicle_controller::params::{Id, Params};
+use vehicle_controller::time::{self, Duration, Instant};
+use vehicle_controller::vehicle::Calibration;
+
+/// Fixes of the pose, taken from a log's truth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fixes {
+    /// Time from one to the next, s; none: the last row of a log gives the only one.
+    pub every: Option<f64>,
+    /// How well a fix knows x and y: standard deviation, m.
+    pub position: f64,
+    /// How well it knows the heading: standard deviation, rad.
+    pub heading: f64,
+    /// How late it arrives, s.
+    pub delay: f64,
+}
+
+impl Fixes {
+    /// The covariance of a fix: m², m·rad, rad².
+    #[must_use]
+    pub fn covariance(&self) -> Matrix3<f64> {
+        let Self {
+            position, heading, ..
+        } = self;
+        Matrix3::from_diagonal(&Vector3::new(
+            position * position,
+            position * position,
+            heading * heading,
+        ))
+    }
+
+    /// # Errors
+    /// If there can be no such fixes.
+    fn check(&self) -> Result<()> {
+        ensure!(
+            self.every.is_none_or(|every| every > 0.0),
+            "fixes must be more than 0 s apart"
+        );
+        ensure!(
+            self.position > 0.0 && self.heading > 0.0,
+            "a fix must have deviations above 0"
+        );
+        let longest = f64::from(time::seconds(MAX_AGE));
+        ensure!(
+            (0.0..=longest).contains(&self.delay),
+            "a fix can be 0 to {longest} s late"
+        );
+        Ok(())
+    }
+}
+
+/// What was known of the gains at some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Seconds since the first log's start; the logs follow each other without a gap.
+    pub t: f64,
+    /// Which log, from 0.
+    pub log: usize,
+    /// k_r, k_l, k_b.
+    pub gains: [f64; 3],
+    /// Their covariance.
+    pub covariance: Matrix3<f64>,
+    /// The squared Mahalanobis distance of the fix that was taken; none at a log's start.
+    pub distance: Option<f64>,
+}
+
+impl Point {
+    /// Standard deviations of the gains.
+    #[must_use]
+    pub fn deviations(&self) -> [f64; 3] {
+        [0, 1, 2].map(|i| self.covariance[(i, i)].max(0.0).sqrt())
+    }
+}
+
+/// What became of a log's fixes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Taken {
+    /// So many were taken …
+    pub taken: usize,
+    /// … and so many lay beyond the gate.
+    pub refused: usize,
+    /// The mean squared Mahalanobis distance of those that were taken: 3, if the estimate knows how wrong it is.
+    pub distance: f64,
+}
+
+/// A base that is carried along recorded paths: its motors stand still, its encoders count what the log says.
+#[derive(Debug)]
+pub struct Learner {
+    wires: [Rc<Wires>; 2],
+    controller: Controller<Vehicle>,
+    desk: Desk,
+    fixes: Fixes,
+    gate: f32,
+    /// The controller's time at the start of the log …
+    begin: Instant,
+    /// … and the seconds of the logs before.
+    elapsed: f64,
+    points: Vec<Point>,
+    logs: usize,
+}
+
+impl Learner {
+    /// A base with these parameters: their gains, and how well those are known, are what it begins with.
+    ///
+    /// # Errors
+    /// If there can be no such fixes.
+    pub fn new(robot: &Robot, params: &Params, fixes: &Fixes) -> Result<Self> {
+        fixes.check()?;
+        let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
+        // A log's row may hold more counts than a narrow counter can.
+        let robot = Robot {
+            narrow_counters: false,
+            ..robot.clone()
+        };
+        let vehicle = vehicle(&wires, &robot, params)?;
+        let mut controller = Controller::new(vehicle, params.build(PERIOD), None);
+        let begin = Instant::from_ticks(0);
+        controller.tick(begin, &Inputs::default());
+        let mut desk = Interface::new(controller.snapshot(), params.limits());
+        desk.learn(true);
+        Ok(Self {
+            wires,
+            controller,
+            desk,
+            fixes: *fixes,
+            gate: params.get(Id::Gate),
+            begin,
+            elapsed: 0.0,
+            points: Vec::new(),
+            logs: 0,
+        })
+    }
+
+    /// What is known of the gains.
+    #[must_use]
+    pub fn calibration(&self) -> Calibration {
+        *self.desk.calibration()
+    }
+
+    /// What was known at each log's start and after each fix.
+    #[must_use]
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// Carries the base along a log: at its start it is told where it is, later there are the fixes.
+    ///
+    /// # Errors
+    /// If the truth is not known, the wheels were faster than they can be, or a fix is refused for anything but the gate.
+    pub fn learn(&mut self, log: &Log) -> Result<Taken> {
+        let (first, last) = (log.rows()[0], log.rows()[log.len() - 1]);
+        // Whatever is still under way, such as the last log's last fix, is done by then.
+        self.begin = time::after(self.controller.snapshot().time, Duration::millis(1));
+        self.note(0.0, None);
+        let mut next = first.t + self.fixes.every.unwrap_or(last.t - first.t);
+        let mut on_the_way = VecDeque::new();
+        let mut taken = Taken::default();
+        for (index, row) in log.rows().iter().enumerate() {
+            let place = || format!("{}, {} s", log.name, row.t);
+            let pose = pose(row).ok_or_else(|| anyhow!("{}: the truth is not known", log.name))?;
+            if index > 0 {
+                for (wires, counts) in self.wires.iter().zip(row.counts) {
+                    wires.edges.set(wires.edges.get() + counts);
+                }
+            }
+            self.tick(row.t - first.t);
+            if let Some(fault) = self.controller.snapshot().fault {
+                bail!("{}: fault {}", place(), fault.name());
+            }
+            if index == 0 {
+                self.desk
+                    .reset_pos(pose, &self.fixes.covariance())
+                    .map_err(|refusal| anyhow!("{}: {refusal}", place()))?;
+                continue;
+            }
+            if row.t >= next - ROUNDING {
+                on_the_way.push_back((row.t, pose));
+                next += self.fixes.every.unwrap_or(f64::INFINITY);
+            }
+            // A base hears of one thing at a time.
+            let due = on_the_way
+                .front()
+                .is_some_and(|(measured, _)| row.t >= measured + self.fixes.delay - ROUNDING);
+            if due && let Some((measured, pose)) = on_the_way.pop_front() {
+                match self.observe(pose, row.t - measured) {
+                    Ok(distance) => {
+                        let distance = f64::from(distance);
+                        taken.taken += 1;
+                        taken.distance += (distance - taken.distance) / taken.taken as f64;
+                        self.note(row.t - first.t, Some(distance));
+                    }
+                    Err(Refusal::Correction(CorrectionError::Gate(_))) => taken.refused += 1,
+                    Err(refusal) => bail!("{}: a fix was refused: {refusal}", place()),
+                }
+            }
+        }
+        self.tick(last.t - first.t + 1e-3);
+        self.elapsed += last.t - first.t;
+        self.logs += 1;
+        Ok(taken)
+    }
+
+    /// A cycle of the controller at so many seconds after the log's start; then the corrections go on as they do on a board that has time.
+    fn tick(&mut self, seconds: f64) {
+        while let Some(request) = self.desk.take_request() {
+            // There is room: a desk has one under way.
+            let _ = self.controller.request(request);
+        }
+        let since = Duration::from_ticks((seconds * 1e6).round() as u64);
+        self.controller
+            .tick(time::after(self.begin, since), &Inputs::default());
+        self.desk.update(self.controller.snapshot());
+        while self.desk.work() {}
+    }
+
+    fn observe(&mut self, pose: Pose, age: f64) -> Result<f32, Refusal> {
+        let observation = Observation::Pose {
+            pose,
+            covariance: self.fixes.covariance(),
+        };
+        self.desk.observe(&observation, age as f32, self.gate)
+    }
+
+    fn note(&mut self, since_start: f64, distance: Option<f64>) {
+        let Calibration { gains, spread } = self.calibration();
+        self.points.push(Point {
+            t: self.elapsed + since_start,
+            log: self.logs,
+            gains: gains.map(f64::from),
+            covariance: spread.covariance(),
+            distance,
+        });
+    }
+}
+
+/// A row's time may be off by this much, s: sums of decimal fractions.
+const ROUNDING: f64 = 1e-6;
+
+fn pose(row: &Row) -> Option<Pose> {
+    row.truth.map(|[x, y, theta]| Pose { x, y, theta })
+}
+
+/// The parameters with what is learned from some logs, one after another.
+///
+/// # Errors
+/// As for [`Learner`].
+pub fn calibrate(logs: &[Log], robot: &Robot, params: &Params, fixes: &Fixes) -> Result<Params> {
+    let mut learner = Learner::new(robot, params, fixes)?;
+    for log in logs {
+        learner.learn(log)?;
+    }
+    let mut learned = *params;
+    learned.learn(&learner.calibration());
+    Ok(learned)
+}

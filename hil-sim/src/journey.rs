@@ -1,0 +1,28 @@
+//! Journeys to look at afterwards: recorded by a real base, or by a simulated one that runs a script.
+
+use crate::run;
+use crate::trace_file::TraceFile;
+use anyhow::Result;
+use hil_sim::replay::{Log, Row};
+use hil_sim::rig::Rig;
+use hil_sim::robot::Robot;
+use hil_sim::script::Script;
+use std::path::Path;
+
+/// A script's log has a row this often, s.
+const PERIOD: f64 = 0.01;
+
+/// The log of that name, if it ends in `.csv`; otherwise the log of the script's run, which knows the truth.
+pub fn journey(path: &Path, robot: &Robot, seed: u64) -> Result<Log> {
+    let extension = path.extension().unwrap_or_default();
+    if extension.eq_ignore_ascii_case("csv") {
+        return Log::load(path);
+    }
+    let script = Script::load(path)?;
+    let mut base = Rig::new(robot, seed)?;
+    let trace = TraceFile::create(None, true, PERIOD)?;
+    let trace = run::run(&mut base, &script, trace, &mut std::io::sink())?;
+    let rows = trace.map_or(Ok(Vec::new()), TraceFile::into_rows)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    Log::recorded(name.into_owned(), rows.iter().map(Row::from))
+}

@@ -1,0 +1,158 @@
+//! `umbmark`: the square path experiment, its closed form, and what the filter makes of the same squares.
+
+use crate::options::{bar, told};
+use anyhow::{Context, Result};
+use clap::Args;
+use hil_sim::calibrate::{Fixes, Learner};
+use hil_sim::rig::Rig;
+use hil_sim::robot::Robot;
+use hil_sim::umbmark::{ClosedForm, Squares, drive};
+use std::fmt::Write as _;
+use std::io::Write;
+use vehicle_controller::params::{Id, Params};
+use vehicle_controller::vehicle::{Calibration, Spread};
+
+/// Which squares, on what.
+#[derive(Args)]
+pub struct Options {
+    /// A robot's name (see `robots`) or the path of its .toml file
+    #[arg(long, default_value = "uncalibrated")]
+    robot: String,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Sides of the square
+    #[arg(long, default_value_t = 4.0, value_name = "M")]
+    side: f64,
+    /// Squares each way
+    #[arg(long, default_value_t = 5, value_name = "N")]
+    runs: usize,
+    /// Set a parameter; may be given again
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// How well the filter's fix at the end of a square knows x and y: standard deviation
+    #[arg(long, default_value_t = 0.002, value_name = "M")]
+    fix_position: f64,
+    /// How well it knows the heading: standard deviation
+    #[arg(long, default_value_t = 0.2, value_name = "DEG")]
+    fix_heading: f64,
+}
+
+/// Drives, calculates, learns, reports.
+pub fn umbmark_command(options: &Options) -> Result<()> {
+    let robot = told(&options.robot, &options.set)?;
+    let fixes = Fixes {
+        every: None,
+        position: options.fix_position,
+        heading: options.fix_heading.to_radians(),
+        delay: 0.0,
+    };
+    let mut learner = Learner::new(&robot, &robot.params, &fixes)?;
+    let mut base = Rig::new(&robot, options.seed)?;
+    let bar = bar(2 * options.runs as u64, "squares");
+    let squares = drive(&mut base, options.side, options.runs, &|| bar.inc(1))?;
+    bar.finish_and_clear();
+    for log in squares.in_turn() {
+        learner.learn(log)?;
+    }
+    let report = report(options, &robot, &squares, &learner.calibration())?;
+    write!(std::io::stdout(), "{report}").context("standard output")
+}
+
+/// True over nominal diameters and wheel base.
+fn true_gains(robot: &Robot) -> [f64; 3] {
+    let wheels = &robot.physics.wheels;
+    let over = |truth: f64, id: Id| truth / f64::from(robot.params.get(id));
+    [
+        over(wheels.diameter_right, Id::RightDiameter),
+        over(wheels.diameter_left, Id::LeftDiameter),
+        over(wheels.base, Id::WheelBase),
+    ]
+}
+
+fn report(
+    options: &Options,
+    robot: &Robot,
+    squares: &Squares,
+    learned: &Calibration,
+) -> Result<String> {
+    let params = &robot.params;
+    let nominal = |id| f64::from(params.get(id));
+    let errors = squares.return_errors(robot, params)?;
+    // What the base took for its wheel base.
+    let base = nominal(Id::WheelBase) * nominal(Id::GainBase);
+    let closed = ClosedForm::of(&errors, options.side, base);
+    let was = [Id::GainRight, Id::GainLeft, Id::GainBase].map(nominal);
+    let factors = closed.gains();
+    let calculated = [0, 1, 2].map(|i| was[i] * factors[i]);
+    let mut text = format!(
+        "on {}, {} squares of {} m each way, seed {}: the filter has a fix of {:.1} cm and {:.2} deg at each end\n",
+        options.robot,
+        options.runs,
+        options.side,
+        options.seed,
+        100.0 * options.fix_position,
+        options.fix_heading
+    );
+    for (name, [x, y]) in [
+        ("clockwise", errors.clockwise),
+        ("counter-clockwise", errors.counter_clockwise),
+    ] {
+        writeln!(text, "{name:19}mean return error  x {x:.4} m  y {y:.4} m")?;
+    }
+    writeln!(
+        text,
+        "{:19}alpha {:.4} deg  beta {:.4} deg  E_d {:.6}  E_b {:.6}",
+        "closed form",
+        closed.alpha.to_degrees(),
+        closed.beta.to_degrees(),
+        closed.unequal_diameters,
+        closed.wheel_base
+    )?;
+    writeln!(
+        text,
+        "{:19}wheel base {:.6} m  left diameter {:.6} m  right diameter {:.6} m\n",
+        "corrected",
+        nominal(Id::WheelBase) * calculated[2],
+        nominal(Id::LeftDiameter) * calculated[1],
+        nominal(Id::RightDiameter) * calculated[0]
+    )?;
+    writeln!(
+        text,
+        "{:19}k_r       k_l       k_b       k_r/k_l   k_b/k_d   E_max,syst (m)  max error (m)",
+        "gains"
+    )?;
+    for (name, gains) in [
+        ("true", true_gains(robot)),
+        ("before", was),
+        ("closed form", calculated),
+        ("filter", learned.gains.map(f64::from)),
+    ] {
+        let [right, left, base] = gains;
+        let params = with_gains(params, gains);
+        writeln!(
+            text,
+            "{name:19}{right:.6}  {left:.6}  {base:.6}  {:.6}  {:.6}  {:<14.5}  {:.5}",
+            right / left,
+            base / f64::midpoint(right, left),
+            squares.return_errors(robot, &params)?.largest(),
+            squares.worst(robot, &params)?
+        )?;
+    }
+    let [right, left, base] = learned.spread.deviations();
+    writeln!(
+        text,
+        "{:19}{right:.6}  {left:.6}  {base:.6}",
+        "filter's deviation"
+    )?;
+    Ok(text)
+}
+
+fn with_gains(params: &Params, gains: [f64; 3]) -> Params {
+    let mut params = *params;
+    params.learn(&Calibration {
+        gains: gains.map(|gain| gain as f32),
+        spread: Spread::NONE,
+    });
+    params
+}

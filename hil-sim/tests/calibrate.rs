@@ -1,0 +1,335 @@
+//! Calibration: what the filter learns from logs, real ones and such as were made with known gains, and the command around it.
+
+mod desk;
+
+use desk::{Desk, hil_sim, text};
+use hil_sim::calibrate::{Fixes, Learner, Verdict, calibrate, verdict};
+use hil_sim::replay::{Log, Row};
+use hil_sim::robot::Robot;
+use hil_sim::settings;
+use hil_sim::statistics::CHI_SQUARE_3_99;
+use std::f64::consts::PI;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use vehicle_controller::params::Params;
+
+/// Metres per count and wheel base of the robot `default`.
+const COUNT: f64 = PI * 0.084 / 2796.8;
+const BASE: f64 = 0.2;
+
+const FIXES: Fixes = Fixes {
+    every: Some(2.0),
+    position: 0.005,
+    heading: PI / 360.0,
+    delay: 0.0,
+};
+/// The logs that are made here have no noise but that of whole counts, and wheels that may differ by much: 1° per metre, not the default's 0.11°.
+const QUIET: [&str; 4] = [
+    "noise_s=1e-8",
+    "noise_drift=1e-4",
+    "noise_rot=1e-4",
+    "k_drift=1",
+];
+
+/// A log at 20 Hz of a base with these gains, k_r, k_l, k_b, whose wheels roll at the speeds that `speeds` has of the time, left first. The truth is
+/// integrated in steps of 1 ms.
+fn driven(gains: [f64; 3], seconds: u32, speeds: &dyn Fn(f64) -> [f64; 2]) -> Log {
+    let [right, left, base] = gains;
+    let (mut x, mut y, mut theta) = (0.0, 0.0, 0.0_f64);
+    let (mut turned, mut last) = ([0.0; 2], [0_i64; 2]);
+    let mut rows = Vec::new();
+    for step in 0..=seconds * 1000 {
+        let t = f64::from(step) * 1e-3;
+        if step % 50 == 0 {
+            let total = turned.map(|metres: f64| (metres / COUNT).floor() as i64);
+            rows.push(Row {
+                t,
+                counts: [total[0] - last[0], total[1] - last[1]],
+                truth: Some([x, y, theta]),
+            });
+            last = total;
+        }
+        // What the counts say of either wheel, and what it truly rolls.
+        let said = speeds(t + 5e-4).map(|speed| speed * 1e-3);
+        turned = [turned[0] + said[0], turned[1] + said[1]];
+        let rolled = [said[0] * left, said[1] * right];
+        let half = 0.5 * (rolled[1] - rolled[0]) / (BASE * base);
+        let ahead = 0.5 * (rolled[0] + rolled[1]);
+        x += ahead * (theta + half).cos();
+        y += ahead * (theta + half).sin();
+        theta += 2.0 * half;
+    }
+    Log::new("driven".into(), rows).unwrap()
+}
+
+/// The path of theory section 6, in wheel speeds.
+fn winding(t: f64) -> [f64; 2] {
+    let (v, w) = (0.4 + 0.1 * (0.3 * t).sin(), 0.15 + 0.8 * (0.21 * t).sin());
+    [v - 0.5 * BASE * w, v + 0.5 * BASE * w]
+}
+
+fn robot() -> (Robot, Params) {
+    let mut robot = Robot::load("default").unwrap();
+    settings::apply(&mut robot.params, &QUIET.map(str::to_owned)).unwrap();
+    (robot.clone(), robot.params)
+}
+
+#[test]
+fn known_gains_are_learned() {
+    let (robot, params) = robot();
+    for gains in [[0.9936, 0.9944, 1.007], [1.01, 1.005, 0.99]] {
+        let log = driven(gains, 120, &winding);
+        let fixes = Fixes {
+            position: 1e-3,
+            heading: 0.1_f64.to_radians(),
+            ..FIXES
+        };
+        let mut learner = Learner::new(&robot, &params, &fixes).unwrap();
+        let taken = learner.learn(&log).unwrap();
+        assert_eq!((taken.taken, taken.refused), (60, 0));
+        let learned = learner.calibration();
+        for ((learned, deviation), gain) in learned
+            .gains
+            .iter()
+            .zip(learned.spread.deviations())
+            .zip(gains)
+        {
+            // The counts have no noise but their quantisation and the fixes none at all, so the error is a fraction of what it could be.
+            let error = (f64::from(*learned) - gain).abs();
+            assert!(
+                error < f64::from(deviation),
+                "{gain}: {learned} ± {deviation}"
+            );
+            assert!(error < 5e-4, "{gain}: {learned} ± {deviation}");
+        }
+        let mut after = params;
+        after.learn(&learned);
+        let Verdict {
+            errors_before,
+            errors_after,
+            ..
+        } = verdict(&log, &robot, &params, &after, &fixes).unwrap();
+        assert!(
+            errors_after.max_position < 0.05 * errors_before.max_position,
+            "{errors_before:?} {errors_after:?}"
+        );
+    }
+}
+
+#[test]
+fn what_was_learned_goes_on_from_log_to_log() {
+    let (robot, params) = robot();
+    let log = driven([0.9936, 0.9944, 1.007], 40, &winding);
+    let mut learner = Learner::new(&robot, &params, &FIXES).unwrap();
+    let mut deviations = learner.calibration().spread.deviations();
+    for _ in 0..3 {
+        learner.learn(&log).unwrap();
+        let next = learner.calibration().spread.deviations();
+        assert!(next.iter().zip(deviations).all(|(next, last)| *next < last));
+        deviations = next;
+    }
+    let points = learner.points();
+    assert_eq!(points.len(), 3 * 21);
+    assert!(points.is_sorted_by(|a, b| a.t <= b.t && a.log <= b.log));
+    // A log begins with what is known at the last one's end.
+    assert_eq!(points[20].gains, points[21].gains);
+    assert_eq!(points[62].t, 120.0);
+}
+
+#[test]
+fn a_late_fix_tells_the_same() {
+    let (robot, params) = robot();
+    let log = driven([0.9936, 0.9944, 1.007], 120, &winding);
+    let gains = |delay| {
+        let fixes = Fixes { delay, ..FIXES };
+        let mut learner = Learner::new(&robot, &params, &fixes).unwrap();
+        learner.learn(&log).unwrap();
+        learner.calibration()
+    };
+    let (fresh, late) = (gains(0.0), gains(0.3));
+    // The last fix of the late ones is still on its way when the log ends; and poses between two rows are interpolated. Both are small beside what is not known.
+    for i in 0..3 {
+        let difference = (fresh.gains[i] - late.gains[i]).abs();
+        assert!(
+            difference < 0.2 * fresh.spread.deviations()[i],
+            "{fresh:?} {late:?}"
+        );
+    }
+}
+
+/// The real logs of differential drives by set, if they are here.
+fn real_logs() -> Option<Vec<(&'static str, Vec<PathBuf>)>> {
+    let shared = std::env::var_os("VEHICLE_CONTROLLER_SHARED").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data"),
+        PathBuf::from,
+    );
+    let folder = shared.join("odometry");
+    if !folder.join("README.md").is_file() {
+        println!(
+            "LEFT OUT: the test on real logs, as there is no {}",
+            folder.display()
+        );
+        return None;
+    }
+    let set = |(name, runs): (&'static str, usize)| {
+        let log = |run| folder.join(format!("diff-{name}-{run}.csv"));
+        (name, (1..=runs).map(log).collect())
+    };
+    Some(SETS.map(set).into())
+}
+
+/// The sets, with their numbers of runs. Those of the first three are calibrated on.
+const SETS: [(&str, usize); 4] = [
+    ("circular-231220200121", 6),
+    ("square-231220200040", 6),
+    ("square-231220200045", 2),
+    ("free-030120210001", 2),
+];
+
+/// Of each log that `calibrate` was told to test on: its name, its largest error after the calibration (m), and d² of its final pose.
+fn tested(calibrated_on: &[PathBuf], others: &[&PathBuf]) -> Vec<(String, f64, f64)> {
+    let mut command = hil_sim();
+    command.arg("calibrate").args(calibrated_on);
+    command.arg("--test").args(others);
+    let printed = text(&command.assert().success().get_output().stdout);
+    let (_, table) = printed.split_once("\ntested on").unwrap();
+    let lines = table.lines().filter(|line| line.starts_with("diff-"));
+    lines
+        .map(|line| {
+            let words: Vec<_> = line.split_whitespace().collect();
+            let number = |index: usize| words[index].parse().unwrap();
+            (words[0].to_owned(), number(2), number(9))
+        })
+        .collect()
+}
+
+/// Issue 5, 3 and 4, as the program and its robots come: calibrated on one set, the odometry of the others is as good as a batch optimum's, and knows how
+/// wrong it is.
+#[test]
+fn calibrated_on_one_set_of_real_logs_the_others_are_better_than_by_a_batch_optimum() {
+    let Some(sets) = real_logs() else {
+        return;
+    };
+    let mut nine = Vec::new();
+    let mut distances = Vec::new();
+    for (calibrated_on, logs) in &sets[..3] {
+        let others: Vec<_> = sets
+            .iter()
+            .filter(|(name, _)| name != calibrated_on)
+            .collect();
+        let tests: Vec<_> = others.iter().flat_map(|(_, logs)| logs).collect();
+        let tested = tested(logs, &tests);
+        assert_eq!(tested.len(), tests.len());
+        for (tested_on, _) in others {
+            let of_set = tested.iter().filter(|(log, ..)| log.contains(tested_on));
+            let worst = of_set.fold(0.0_f64, |worst, (_, error, _)| worst.max(*error));
+            println!("calibrated on {calibrated_on}, tested on {tested_on}: {worst:.4} m");
+            nine.push(worst);
+        }
+        for (log, _, distance) in tested {
+            assert!(
+                distance < CHI_SQUARE_3_99,
+                "{calibrated_on} {log}: {distance}"
+            );
+            distances.push(distance);
+        }
+    }
+    let mean = nine.iter().sum::<f64>() / 9.0;
+    let distance = distances.iter().sum::<f64>() / distances.len() as f64;
+    println!("mean of nine: {mean:.4} m; mean d2 of the final poses: {distance:.2}");
+    assert_eq!(nine.len(), 9);
+    assert!(mean < 0.0523, "{mean} m");
+    // It should be 3. The fixes' and the floor's noise is claimed to be more than it was in these rooms, but not ten times.
+    assert!((0.3..4.0).contains(&distance), "{distance}");
+}
+
+/// A log as its file has it.
+fn file(log: &Log) -> String {
+    let mut text = String::from("t,left,right,x,y,theta\n");
+    for row in log.rows() {
+        let ([left, right], [x, y, theta]) = (row.counts, row.truth.unwrap());
+        writeln!(text, "{:.3},{left},{right},{x:.9},{y:.9},{theta:.9}", row.t).unwrap();
+    }
+    text
+}
+
+#[test]
+fn the_command_reports_gains_and_errors_and_writes_and_draws() {
+    let desk = Desk::new("");
+    let gains = [0.9936, 0.9944, 1.007];
+    desk.put("a.csv", &file(&driven(gains, 60, &winding)));
+    desk.put("b.csv", &file(&driven(gains, 30, &|t| winding(20.0 + t))));
+    let quiet = QUIET.map(|setting| format!("--set {setting}")).join(" ");
+    let command = format!("calibrate a.csv {quiet} --fix-position 0.001 --fix-heading 0.1");
+    let printed = desk.prints(&format!("{command} --out g.csv --plot p.svg --test b.csv"));
+    let line = |start: &str| {
+        printed
+            .lines()
+            .rfind(|line| line.starts_with(start))
+            .unwrap()
+    };
+    // Before and after, of the log that was not learned from.
+    let numbers: Vec<f64> = line("b  ")
+        .split_whitespace()
+        .skip(1)
+        .map(|word| word.parse().unwrap())
+        .collect();
+    assert_eq!(numbers.len(), 9, "{printed}");
+    for pair in numbers[..8].chunks(2) {
+        assert!(pair[1] < 0.2 * pair[0], "{printed}");
+    }
+    assert!(numbers[8] < CHI_SQUARE_3_99, "{printed}");
+    let rows = desk.trace("g.csv");
+    assert_eq!(rows.len(), 31);
+    let learned: f64 = rows[30][2].parse().unwrap();
+    assert!((learned - gains[0]).abs() < 1e-3, "{:?}", rows[30]);
+    // The start has no fix.
+    assert_eq!(rows[0][8], "");
+    assert!(text(&desk.read("p.svg")).contains("k_b"));
+    // The same again, to the letter.
+    let again = desk.prints(&format!("{command} --out h.csv --plot q.svg --test b.csv"));
+    assert_eq!(printed, again);
+    assert_eq!(desk.read("p.svg"), desk.read("q.svg"));
+}
+
+#[test]
+fn a_log_of_which_the_truth_is_not_known_is_refused_and_so_are_fixes_that_cannot_be() {
+    let desk = Desk::new("");
+    desk.put("blind.csv", "t,left,right\n0,0,0\n5,10,10\n");
+    desk.put("a.csv", &file(&driven([1.0; 3], 3, &winding)));
+    for (arguments, why) in [
+        ("blind.csv", "blind: the truth is not known"),
+        ("a.csv --test blind.csv", "blind: the truth is not known"),
+        ("none.csv", "none.csv"),
+        ("a.csv --fix-every 0", "above 0"),
+        ("a.csv --fix-every nan", "above 0"),
+        ("a.csv --fix-position 0", "deviations above 0"),
+        ("a.csv --fix-heading=-1", "deviations above 0"),
+        ("a.csv --fix-delay 2", "0 to 1.5 s"),
+        ("a.csv --set k_drift=-1", "k_drift must be"),
+        ("a.csv --plot p.gif", "p.gif"),
+    ] {
+        let message = desk.refuses(&format!("calibrate {arguments}"));
+        assert!(message.contains(why), "{arguments}: {message}");
+    }
+    hil_sim().arg("calibrate").assert().code(2);
+}
+
+#[test]
+fn a_fix_beyond_the_gate_is_counted_and_changes_nothing() {
+    let (robot, params) = robot();
+    let mut log = driven([1.0; 3], 20, &winding);
+    let undisturbed = calibrate(std::slice::from_ref(&log), &robot, &params, &FIXES).unwrap();
+    // The fix at 10 s is a kilometre off.
+    let mut rows = log.rows().to_vec();
+    rows[200].truth = rows[200].truth.map(|[x, y, theta]| [x + 1e3, y, theta]);
+    log = Log::new("leap".into(), rows).unwrap();
+    let mut learner = Learner::new(&robot, &params, &FIXES).unwrap();
+    let taken = learner.learn(&log).unwrap();
+    assert_eq!((taken.taken, taken.refused), (9, 1));
+    let gains = learner.calibration().gains;
+    let wanted = undisturbed.build(hil_sim::rig::PERIOD).calibration.gains;
+    for (gain, wanted) in gains.iter().zip(wanted) {
+        assert!((gain - wanted).abs() < 1e-3, "{gains:?} {wanted}");
+    }
+}
