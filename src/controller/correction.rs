@@ -22,7 +22,7 @@ use super::belief::Belief;
 use super::estimator::{Pose, transport};
 use crate::math::{
     NotPositive, add_outer, along, applied, inner, is_finite, nearest_positive, positive_part,
-    product, product_transposed, sum, symmetric, symmetric_part, transported, wrap,
+    product, product_transposed, scaled, sum, symmetric, symmetric_part, transported, wrap,
     written_covariance,
 };
 use crate::vehicle::{GAINS, Spread};
@@ -69,6 +69,8 @@ pub struct Update {
     before: Matrix3<f64>,
     /// … and after.
     after: Matrix3<f64>,
+    /// Γ before.
+    leverage: Matrix3<f64>,
     /// What of the correction of the pose does not come through the gains (m, m, rad).
     shift: Vector3<f64>,
     /// What it has taken from the leverage.
@@ -76,6 +78,8 @@ pub struct Update {
     /// The correction of the gains, and how well they are known after it.
     gains: Vector3<f64>,
     spread: Matrix3<f64>,
+    /// Gains that are only considered correct no pose: then what has come through them is in the shift.
+    learned: bool,
 }
 
 impl Update {
@@ -86,10 +90,12 @@ impl Update {
             pose: belief.pose,
             before: belief.own,
             after: belief.own,
+            leverage: belief.leverage,
             shift: Vector3::zeros(),
             absorbed: Matrix3::zeros(),
             gains: Vector3::zeros(),
             spread: spread.covariance(),
+            learned: false,
         }
     }
 
@@ -100,25 +106,33 @@ impl Update {
     #[inline(never)]
     pub fn by_gain(
         &mut self,
-        leverage: &Matrix3<f64>,
         shift: &Vector3<f64>,
         gain: &Matrix3<f64>,
     ) -> Result<(), CorrectionError> {
-        let c = sum(&self.before, 1.0, &self.through(leverage));
+        let c = sum(&self.before, 1.0, &self.through(&self.leverage));
         let after = symmetric(&sum(&c, -1.0, &product(gain, &c)), &c)
             .map_err(|_| CorrectionError::NotPositive)?;
         let after = nearest_positive(&after, &c)?;
-        self.absorbed = product(gain, leverage);
-        let left = self.through(&sum(leverage, -1.0, &self.absorbed));
+        self.absorbed = product(gain, &self.leverage);
+        let left = self.through(&self.leverage_after());
         self.after = positive_part(&sum(&after, -1.0, &left));
         self.shift = applied(gain, shift);
         self.check()
     }
 
+    fn leverage_after(&self) -> Matrix3<f64> {
+        sum(&self.leverage, -1.0, &self.absorbed)
+    }
+
     /// Γ P Γᵀ.
-    #[inline(never)]
     fn through(&self, leverage: &Matrix3<f64>) -> Matrix3<f64> {
-        product_transposed(&product(leverage, &self.spread), leverage)
+        self.between(leverage, leverage)
+    }
+
+    /// Γ₁ P Γ₂ᵀ: what two poses have in common through the gains.
+    #[inline(never)]
+    fn between(&self, one: &Matrix3<f64>, other: &Matrix3<f64>) -> Matrix3<f64> {
+        product_transposed(&product(one, &self.spread), other)
     }
 
     /// An observation of the whole pose with innovation ν and covariance R; gives d².
@@ -129,13 +143,12 @@ impl Update {
     #[inline(never)]
     pub fn by_pose(
         &mut self,
-        leverage: &Matrix3<f64>,
         innovation: &Vector3<f64>,
         r: &Matrix3<f64>,
         terms: Terms,
     ) -> Result<f32, CorrectionError> {
         let r = written_covariance(r)?;
-        let scale = self.before.diagonal() + self.through(leverage).diagonal() + r.diagonal();
+        let scale = self.before.diagonal() + self.through(&self.leverage).diagonal() + r.diagonal();
         // R = L D Lᵀ: L⁻¹ z has the covariance D.
         let (l, d) = ldl(&r);
         let (mut rows, mut z) = (Matrix3::<f64>::identity(), *innovation);
@@ -147,12 +160,12 @@ impl Update {
                 z[i] -= l[(i, j)] * z[j];
             }
         }
-        let mut filter = Filter::new(self, leverage, terms.learns);
+        let mut filter = Filter::new(self, terms.learns);
         for i in 0..3 {
             let h = rows.row(i).transpose();
             filter.take(&h, d[i], z[i], scale[i])?;
         }
-        filter.finish(leverage, terms.gate)
+        filter.finish(terms.gate)
     }
 
     /// An observation of one number with innovation ν, variance r and row h; gives d².
@@ -162,7 +175,6 @@ impl Update {
     #[inline(never)]
     pub fn by_number(
         &mut self,
-        leverage: &Matrix3<f64>,
         innovation: f64,
         variance: f64,
         row: &Vector3<f64>,
@@ -171,9 +183,9 @@ impl Update {
         if variance.is_nan() || variance < 0.0 {
             return Err(CorrectionError::NotPositive);
         }
-        let mut filter = Filter::new(self, leverage, terms.learns);
+        let mut filter = Filter::new(self, terms.learns);
         filter.take(row, variance, innovation, 0.0)?;
-        filter.finish(leverage, terms.gate)
+        filter.finish(terms.gate)
     }
 
     /// A straight run that was `longer` (m) than odometry says. `effects` is by how much each gain makes it longer.
@@ -192,6 +204,7 @@ impl Update {
         let s = TAPE * TAPE + inner(&h, &ph);
         add_outer(&mut self.spread, -1.0 / s, &ph, &ph);
         self.gains = ph * (longer / s);
+        self.learned = true;
         self.check()
     }
 
@@ -228,19 +241,18 @@ struct Filter<'a> {
     update: &'a mut Update,
     leverage: Matrix3<f64>,
     distance: f64,
-    learns: bool,
 }
 
 /// Of an innovation's variance, so much may be rounding.
 const NOTHING: f64 = 1e-10;
 
 impl<'a> Filter<'a> {
-    fn new(update: &'a mut Update, leverage: &Matrix3<f64>, learns: bool) -> Self {
+    fn new(update: &'a mut Update, learns: bool) -> Self {
+        update.learned = learns;
         Self {
+            leverage: update.leverage,
             update,
-            leverage: *leverage,
             distance: 0.0,
-            learns,
         }
     }
 
@@ -265,7 +277,7 @@ impl<'a> Filter<'a> {
         }
         let left = innovation - inner(h, &update.shift);
         self.distance += left * left / s;
-        let (k, left) = if self.learns {
+        let (k, left) = if update.learned {
             let change = pl * (left / s);
             add_outer(&mut update.spread, -1.0 / s, &pl, &pl);
             update.gains = along(&update.gains, 1.0, &change);
@@ -291,7 +303,7 @@ impl<'a> Filter<'a> {
     }
 
     #[inline(never)]
-    fn finish(self, leverage: &Matrix3<f64>, gate: f64) -> Result<f32, CorrectionError> {
+    fn finish(self, gate: f64) -> Result<f32, CorrectionError> {
         let distance = self.distance as f32;
         if !self.distance.is_finite() {
             return Err(CorrectionError::NotFinite);
@@ -301,8 +313,9 @@ impl<'a> Filter<'a> {
         }
         let update = self.update;
         update.after = positive_part(&update.after);
-        update.shift = along(&update.shift, -1.0, &applied(leverage, &update.gains));
-        update.absorbed = sum(leverage, -1.0, &self.leverage);
+        let through_gains = applied(&update.leverage, &update.gains);
+        update.shift = along(&update.shift, -1.0, &through_gains);
+        update.absorbed = sum(&update.leverage, -1.0, &self.leverage);
         update.check()?;
         Ok(distance)
     }
@@ -327,8 +340,9 @@ fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let d = m
         .diagonal()
         .map(|v| if v > 0.0 { 1.0 / libm::sqrt(v) } else { 0.0 });
-    let scale = d * d.transpose();
-    let a = m.component_mul(&scale);
+    let scale = Matrix3::from_diagonal(&d);
+    let scaled_by = |m: &Matrix3<f64>| product(&product(&scale, m), &scale);
+    let a = scaled_by(m);
     // By cofactors: of numbers of the size of 1.
     let (x, y, z) = (
         a.m22 * a.m33 - a.m23 * a.m23,
@@ -351,7 +365,7 @@ fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
         w,
         a.m11 * a.m22 - a.m12 * a.m12,
     );
-    Some(inverse.component_mul(&scale) / determinant)
+    Some(scaled(1.0 / determinant, &scaled_by(&inverse)))
 }
 
 impl Update {
@@ -377,33 +391,54 @@ impl Update {
         *own = sum(&transported(&self.after, dx, dy), 1.0, &noise);
     }
 
-    /// Carries the update to an earlier state: the smoother's gain is C_τ Φᵀ (Φ C_τ Φᵀ + Q)⁻¹. Where that is singular, what the past knows of its own is left
-    /// as it was. (The last factor should be C⁻¹; but what the ring knows of its past is not quite what it would be had it known all in time, and a C
-    /// smaller than what C_τ has become of would make the gain a multiple of what it can be.)
+    /// Carries the update to an earlier state: the smoother's gain is X (Φ C_τ Φᵀ + Q)⁻¹ with X = C_τ Φᵀ; where gains are only considered, Γ_τ P Γᵀ and
+    /// Γ P Γᵀ go with the two. Where that is singular, what the past knows of its own is left as it was. (The last factor should be C⁻¹; but what the ring
+    /// knows of its past is not quite what it would be had it known all in time, and a C smaller than what C_τ has become of would make the gain a multiple
+    /// of what it can be.)
     pub fn carry_to_earlier(&self, belief: &mut Belief) {
         // Φ from there to here is the inverse of Φ from here to there.
         let dx = self.pose.x - belief.pose.x;
         let dy = self.pose.y - belief.pose.y;
-        let gain = self.smoother(&belief.own, dx, dy);
+        let gain = self.smoother(belief, dx, dy);
+        let leverage = belief.leverage;
         self.move_along(belief, &gain);
-        self.spread_earlier(&mut belief.own, &gain);
+        self.spread_earlier(belief, &leverage, &gain);
     }
 
     #[inline(never)]
-    fn smoother(&self, own: &Matrix3<f64>, dx: f64, dy: f64) -> Matrix3<f64> {
-        let arrived = transported(own, dx, dy);
+    fn smoother(&self, past: &Belief, dx: f64, dy: f64) -> Matrix3<f64> {
+        let arrived = transported(&past.own, dx, dy);
         let noise = positive_part(&sum(&self.before, -1.0, &arrived));
-        match invert(&sum(&arrived, 1.0, &noise)) {
-            Some(inverse) => product(&product_transposed(own, &transport(dx, dy)), &inverse),
+        let mut c = sum(&arrived, 1.0, &noise);
+        let mut x = product_transposed(&past.own, &transport(dx, dy));
+        if !self.learned {
+            c = sum(&c, 1.0, &self.through(&self.leverage));
+            x = sum(&x, 1.0, &self.between(&past.leverage, &self.leverage));
+        }
+        match invert(&c) {
+            Some(inverse) => product(&x, &inverse),
             None => Matrix3::zeros(),
         }
     }
 
+    /// `leverage` is what the past had.
     #[inline(never)]
-    fn spread_earlier(&self, own: &mut Matrix3<f64>, gain: &Matrix3<f64>) {
-        let change = product(gain, &sum(&self.after, -1.0, &self.before));
-        let own_after = sum(own, 1.0, &product_transposed(&change, gain));
-        *own = positive_part(&symmetric_part(&own_after));
+    fn spread_earlier(&self, past: &mut Belief, leverage: &Matrix3<f64>, gain: &Matrix3<f64>) {
+        let mut change = sum(&self.after, -1.0, &self.before);
+        if !self.learned {
+            change = sum(&change, 1.0, &self.through(&self.leverage_after()));
+            change = sum(&change, -1.0, &self.through(&self.leverage));
+        }
+        let mut own = sum(
+            &past.own,
+            1.0,
+            &product_transposed(&product(gain, &change), gain),
+        );
+        if !self.learned {
+            own = sum(&own, 1.0, &self.through(leverage));
+            own = sum(&own, -1.0, &self.through(&past.leverage));
+        }
+        past.own = positive_part(&symmetric_part(&own));
     }
 
     /// `gain` is by how much another pose goes along with the one that was corrected.
@@ -427,3 +462,6 @@ pub fn pose_innovation(observed: &Pose, estimate: &Pose) -> Vector3<f64> {
         wrap(observed.theta - estimate.theta),
     )
 }
+
+#[cfg(test)]
+mod tests;

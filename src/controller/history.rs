@@ -6,7 +6,7 @@
 use super::belief::Belief;
 use super::correction::Update;
 use super::estimator::{Pose, transport};
-use crate::math::{product, sum, transported, upper_triangle};
+use crate::math::{product, scaled, sum, transported, upper_triangle};
 use crate::time::{self, Duration, Instant};
 use crate::vehicle::Spread;
 use heapless::Deque;
@@ -232,8 +232,8 @@ fn interpolate(before: &Past, after: &Past, time: Instant) -> Past {
     let here = |of: &Belief, share: f64, way: f64| {
         let (dx, dy) = (way * dx, way * dy);
         (
-            transported(&of.own, dx, dy) * share,
-            product(&transport(dx, dy), &of.leverage) * share,
+            scaled(share, &transported(&of.own, dx, dy)),
+            scaled(share, &product(&transport(dx, dy), &of.leverage)),
         )
     };
     let (own_before, leverage_before) = here(a, 1.0 - w, w);

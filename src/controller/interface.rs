@@ -314,7 +314,7 @@ impl<C> Interface<C> {
             _ => self.present(),
         };
         let mut update = Update::none(&then.belief, &self.calibration.spread);
-        update.by_gain(&then.belief.leverage, &shift, gain)?;
+        update.by_gain(&shift, gain)?;
         self.correct(&update, then.time, false)
     }
 
@@ -342,20 +342,19 @@ impl<C> Interface<C> {
             gate: f64::from(gate),
             learns: self.learns,
         };
-        let leverage = &then.belief.leverage;
         let mut update = Update::none(&then.belief, &self.calibration.spread);
         let distance = match observation {
             Observation::Pose { pose, covariance } => {
                 let covariance = crate::math::symmetric(covariance, covariance)
                     .map_err(|_| CorrectionError::NotPositive)?;
                 let innovation = correction::pose_innovation(pose, &then.belief.pose);
-                update.by_pose(leverage, &innovation, &covariance, terms)?
+                update.by_pose(&innovation, &covariance, terms)?
             }
             Observation::Scalar {
                 innovation,
                 variance,
                 row,
-            } => update.by_number(leverage, *innovation, *variance, &row.transpose(), terms)?,
+            } => update.by_number(*innovation, *variance, &row.transpose(), terms)?,
         };
         self.correct(&update, then.time, self.learns)?;
         Ok(distance)

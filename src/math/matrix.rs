@@ -79,12 +79,18 @@ pub fn sum(a: &Matrix3<f64>, s: f64, b: &Matrix3<f64>) -> Matrix3<f64> {
     sum
 }
 
+/// s A.
+#[inline(never)]
+#[must_use]
+pub fn scaled(s: f64, a: &Matrix3<f64>) -> Matrix3<f64> {
+    sum(&Matrix3::zeros(), s, a)
+}
+
 /// (A + Aᵀ)/2.
 #[inline(never)]
 #[must_use]
 pub fn symmetric_part(a: &Matrix3<f64>) -> Matrix3<f64> {
-    let half = sum(&Matrix3::zeros(), 0.5, a);
-    sum(&half, 0.5, &a.transpose())
+    sum(&scaled(0.5, a), 0.5, &a.transpose())
 }
 
 #[cfg(test)]
@@ -102,6 +108,7 @@ mod tests {
         assert_eq!(inner(&x, &y), x.dot(&y));
         assert_eq!(along(&x, 2.0, &y), x + y * 2.0);
         assert_eq!(sum(&a, -2.0, &b), a - b * 2.0);
+        assert_eq!(scaled(-2.0, &a), a * -2.0);
         assert_eq!(symmetric_part(&a), (a + a.transpose()) * 0.5);
         let mut c = a;
         add_outer(&mut c, 2.0, &x, &y);

@@ -13,7 +13,7 @@ pub use covariance::{
     upper_triangle, written_covariance,
 };
 pub use matrix::{
-    add_outer, along, applied, inner, product, product_transposed, sum, symmetric_part,
+    add_outer, along, applied, inner, product, product_transposed, scaled, sum, symmetric_part,
 };
 pub use split::Split;
 pub use sum::{Factor, Sum};

@@ -1,0 +1,105 @@
+//! What a correction does to the past, against the Kalman filter of both instants and the gains together.
+
+use super::*;
+
+/// Uniform in ±1, the same each time (Knuth's MMIX generator).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / f64::powi(2.0, 52) - 1.0
+    }
+
+    fn matrix(&mut self, scale: [f64; 3]) -> Matrix3<f64> {
+        Matrix3::from_fn(|row, _| self.next() * scale[row])
+    }
+
+    fn positive(&mut self, scale: [f64; 3]) -> Matrix3<f64> {
+        let root = self.matrix(scale);
+        root * root.transpose()
+    }
+}
+
+fn relative(is: &Matrix3<f64>, wanted: &Matrix3<f64>, scale: &Matrix3<f64>) -> f64 {
+    let d = scale.diagonal().map(|v| 1.0 / libm::sqrt(v));
+    (is - wanted)
+        .component_mul(&(d * d.transpose()))
+        .abs()
+        .max()
+}
+
+fn the_past_follows(learns: bool) {
+    let mut random = Random(7);
+    for n in 0..1000 {
+        // A tenth of them knew the heading only, as after a turn on the spot that began with a pose known exactly.
+        let past = if n % 10 == 0 {
+            Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 2e-6))
+        } else {
+            random.positive([0.01, 0.01, 0.02])
+        };
+        let past_leverage = random.matrix([0.02, 0.02, 0.08]);
+        let (dx, dy) = (0.1 * random.next(), 0.1 * random.next());
+        let phi = transport(dx, dy);
+        let own = phi * past * phi.transpose() + random.positive([1e-3, 1e-3, 1e-3]);
+        let leverage = phi * past_leverage + random.matrix([0.1, 0.1, 0.5]);
+        let root = random.matrix([0.01; 3]);
+        let spread = Spread::of(&(root * root.transpose()));
+        let p = spread.covariance();
+
+        let at = |x: f64, y: f64, own, leverage| Belief {
+            pose: Pose { x, y, theta: 0.3 },
+            own,
+            leverage,
+        };
+        let now = at(2.0, -1.0, own, leverage);
+        let mut then = at(2.0 - dx, -1.0 - dy, past, past_leverage);
+        let (h, r, nu) = (Vector3::new(0.3, -1.0, 0.2), 1e-4, 0.02);
+        let mut update = Update::none(&now, &spread);
+        let terms = Terms { gate: 0.0, learns };
+        update.by_number(nu, r, &h, terms).unwrap();
+        let before = then.pose;
+        update.carry_to_earlier(&mut then);
+
+        // Both poses' errors, and what they have in common.
+        let whole = past + past_leverage * p * past_leverage.transpose();
+        let common = past * phi.transpose() + past_leverage * p * leverage.transpose();
+        let s = r + h.dot(&((own + leverage * p * leverage.transpose()) * h));
+        let k = common * h / s;
+        let moved = Vector3::new(
+            then.pose.x - before.x,
+            then.pose.y - before.y,
+            then.pose.theta - before.theta,
+        );
+        let sigma = whole.diagonal().map(libm::sqrt);
+        let off = (moved - k * nu).component_div(&sigma).abs().max();
+        // Of a standard deviation; the smoother's inverse costs some digits.
+        assert!(off < 1e-5, "{n}: {moved} {}", k * nu);
+
+        let p_after = if learns { update.gains().1 } else { spread };
+        let is = then.own + then.shared(&p_after);
+        let wanted = whole - k * s * k.transpose();
+        let off = relative(&is, &wanted, &whole);
+        assert!(off < 1e-5, "{n}: {off:.1e} {is} {wanted}");
+        if !learns {
+            // The gains stay as they are: of the past's error just so much is theirs.
+            let gamma = leverage.transpose() * h;
+            let wanted = past_leverage - k * gamma.transpose();
+            let off = (then.leverage - wanted).abs().max();
+            assert!(off < 1e-5, "{n}: {off:.1e}");
+        }
+    }
+}
+
+#[test]
+fn the_past_follows_a_correction_that_learns_the_gains() {
+    the_past_follows(true);
+}
+
+#[test]
+fn the_past_follows_a_correction_that_considers_the_gains() {
+    the_past_follows(false);
+}
