@@ -43,7 +43,7 @@ pub struct Plan {
 /// So many particles have random numbers of their own, so that what comes of it does not depend on how many run at once.
 const FLOCK: usize = 1000;
 /// So many are kept to be drawn.
-const DRAWN: usize = 3000;
+const DRAWN: usize = 800;
 /// A step of the particles: the circumference of a wheel moves this far, m. Over so little, any motion is an arc.
 const STEP: f64 = 0.02;
 
