@@ -152,10 +152,10 @@ fn the_command_takes_logs_and_scripts_and_draws() {
     let heads: Vec<_> = told.lines().filter(|line| !line.starts_with(' ')).collect();
     assert_eq!(heads.len(), 2, "{told}");
     assert!(
-        heads[0].starts_with("bends: 2.00 m, 2000 particles, uniform priors, seed 1"),
+        heads[0].starts_with("on default, bends: 2.00 m, 2000 particles, uniform priors, seed 1"),
         "{told}"
     );
-    assert!(heads[1].starts_with("a: 1.00 m, "), "{told}");
+    assert!(heads[1].starts_with("on default, a: 1.00 m, "), "{told}");
     assert_eq!(told, desk.prints(command));
     desk.prints("propagate bends.csv --particles 2000 --plot p.svg");
     let picture = desk::text(&desk.read("p.svg"));
