@@ -341,6 +341,11 @@ impl Propagation {
     }
 }
 
+/// A part of nothing is `none`.
+fn over(part: f64, whole: f64, none: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { none }
+}
+
 impl fmt::Display for Propagation {
     /// For people.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -381,12 +386,14 @@ impl fmt::Display for Propagation {
                 c.m11.sqrt(),
                 c.m22.sqrt(),
                 c.m33.sqrt() * degree,
-                c.m12 / (c.m11 * c.m22).sqrt(),
-                c.m13 / (c.m11 * c.m33).sqrt(),
-                c.m23 / (c.m22 * c.m33).sqrt(),
+                over(c.m12, (c.m11 * c.m22).sqrt(), 0.0),
+                over(c.m13, (c.m11 * c.m33).sqrt(), 0.0),
+                over(c.m23, (c.m22 * c.m33).sqrt(), 0.0),
             )?;
         }
-        let ratio = self.covariance.component_div(&self.linear.covariance);
+        let ratio = self
+            .covariance
+            .zip_map(&self.linear.covariance, |is, linear| over(is, linear, 1.0));
         writeln!(
             f,
             "  variances, particles' over linear   x {:.4}  y {:.4}  theta {:.4}",

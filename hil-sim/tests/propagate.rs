@@ -163,6 +163,17 @@ fn the_command_takes_logs_and_scripts_and_draws() {
 }
 
 #[test]
+fn a_base_that_stands_or_only_turns_has_numbers_all_the_same() {
+    let desk = Desk::new("0 GetPos\n");
+    desk.put("b.script", "0 t 90\n");
+    let told = desk.prints("propagate a.script b.script --particles 200");
+    assert!(
+        told.contains("xy 0.0000") && !told.contains("NaN"),
+        "{told}"
+    );
+}
+
+#[test]
 fn the_command_refuses_what_makes_no_sense() {
     let desk = Desk::new("0 m 0.1\n");
     for (arguments, why) in [
