@@ -128,7 +128,7 @@ fn heading(options: &Options, fixes: &Fixes) -> String {
         .every
         .map_or("at each end".into(), |every| format!("every {every} s"));
     format!(
-        "on {}, {} logs to learn from, {} to test: a fix of {:.1} cm and {:.2} deg {every}, {} s late\n",
+        "on {}, logs to learn from: {}, to test on: {}; a fix of {:.1} cm and {:.2} deg {every}, {} s late\n",
         options.told.robot,
         options.journeys.len(),
         options.test.len(),

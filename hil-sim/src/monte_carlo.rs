@@ -137,7 +137,12 @@ pub fn propagate_command(options: &Propagate) -> Result<()> {
         let bar = bar(plan.particles as u64, "particles");
         let propagation = propagate(&log, &robot, plan, &|particles| bar.inc(particles))?;
         bar.finish_and_clear();
-        write!(std::io::stdout(), "{propagation}").context("standard output")?;
+        write!(
+            std::io::stdout(),
+            "on {}, {propagation}",
+            options.told.robot
+        )
+        .context("standard output")?;
         if let Some(picture) = &options.plot {
             let title = format!("{} on {}", log.name, options.told.robot);
             plot::plot_cloud(&propagation.cloud(), &title, picture)?;

@@ -43,7 +43,7 @@ pub struct Plan {
 /// So many particles have random numbers of their own, so that what comes of it does not depend on how many run at once.
 const FLOCK: usize = 1000;
 /// So many are kept to be drawn.
-const DRAWN: usize = 3000;
+const DRAWN: usize = 800;
 /// A step of the particles: the circumference of a wheel moves this far, m. Over so little, any motion is an arc.
 const STEP: f64 = 0.02;
 
@@ -341,6 +341,11 @@ impl Propagation {
     }
 }
 
+/// A part of nothing is `none`.
+fn over(part: f64, whole: f64, none: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { none }
+}
+
 impl fmt::Display for Propagation {
     /// For people.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -381,12 +386,14 @@ impl fmt::Display for Propagation {
                 c.m11.sqrt(),
                 c.m22.sqrt(),
                 c.m33.sqrt() * degree,
-                c.m12 / (c.m11 * c.m22).sqrt(),
-                c.m13 / (c.m11 * c.m33).sqrt(),
-                c.m23 / (c.m22 * c.m33).sqrt(),
+                over(c.m12, (c.m11 * c.m22).sqrt(), 0.0),
+                over(c.m13, (c.m11 * c.m33).sqrt(), 0.0),
+                over(c.m23, (c.m22 * c.m33).sqrt(), 0.0),
             )?;
         }
-        let ratio = self.covariance.component_div(&self.linear.covariance);
+        let ratio = self
+            .covariance
+            .zip_map(&self.linear.covariance, |is, linear| over(is, linear, 1.0));
         writeln!(
             f,
             "  variances, particles' over linear   x {:.4}  y {:.4}  theta {:.4}",

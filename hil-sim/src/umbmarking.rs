@@ -4,11 +4,13 @@ use crate::options::{bar, told};
 use anyhow::{Context, Result};
 use clap::Args;
 use hil_sim::calibrate::{Fixes, Learner};
+use hil_sim::plot::{self, Returns};
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
-use hil_sim::umbmark::{ClosedForm, Squares, drive};
+use hil_sim::umbmark::{ClosedForm, Directions, Squares, drive};
 use std::fmt::Write as _;
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::vehicle::{Calibration, Spread};
 
@@ -36,6 +38,12 @@ pub struct Options {
     /// How well it knows the heading: standard deviation
     #[arg(long, default_value_t = 0.2, value_name = "DEG")]
     fix_heading: f64,
+    /// Write the return error of each square before and after (CSV)
+    #[arg(long, value_name = "F.csv")]
+    out: Option<PathBuf>,
+    /// Draw the return errors before and after
+    #[arg(long, value_name = "F.svg|F.png")]
+    plot: Option<PathBuf>,
 }
 
 /// Drives, calculates, learns, reports.
@@ -47,6 +55,9 @@ pub fn umbmark_command(options: &Options) -> Result<()> {
         heading: options.fix_heading.to_radians(),
         delay: 0.0,
     };
+    if let Some(picture) = &options.plot {
+        plot::check_name(picture)?;
+    }
     let mut learner = Learner::new(&robot, &robot.params, &fixes)?;
     let mut base = Rig::new(&robot, options.seed)?;
     let bar = bar(2 * options.runs as u64, "squares");
@@ -55,8 +66,98 @@ pub fn umbmark_command(options: &Options) -> Result<()> {
     for log in squares.in_turn() {
         learner.learn(log)?;
     }
-    let report = report(options, &robot, &squares, &learner.calibration())?;
-    write!(std::io::stdout(), "{report}").context("standard output")
+    let found = Found::of(options, &robot, &squares, &learner.calibration())?;
+    let report = report(options, &robot, &squares, &found)?;
+    write!(std::io::stdout(), "{report}").context("standard output")?;
+    if options.out.is_none() && options.plot.is_none() {
+        return Ok(());
+    }
+    let returns = found.returns(&robot, &squares)?;
+    if let Some(out) = &options.out {
+        write_returns(out, &returns)?;
+    }
+    if let Some(picture) = &options.plot {
+        let title = format!("Squares of {} m on {}", options.side, options.robot);
+        plot::plot_returns(&returns, &title, picture)?;
+    }
+    Ok(())
+}
+
+/// What the squares tell.
+struct Found {
+    errors: Directions<[f64; 2]>,
+    closed: ClosedForm,
+    /// Gains: before, by the closed form, by the filter.
+    before: [f64; 3],
+    calculated: [f64; 3],
+    learned: Calibration,
+}
+
+impl Found {
+    fn of(
+        options: &Options,
+        robot: &Robot,
+        squares: &Squares,
+        learned: &Calibration,
+    ) -> Result<Self> {
+        let params = &robot.params;
+        let nominal = |id| f64::from(params.get(id));
+        let errors = squares.return_errors(robot, params)?;
+        // What the base took for its wheel base.
+        let base = nominal(Id::WheelBase) * nominal(Id::GainBase);
+        let closed = ClosedForm::of(&errors, options.side, base);
+        let before = [Id::GainRight, Id::GainLeft, Id::GainBase].map(nominal);
+        let factors = closed.gains();
+        Ok(Self {
+            errors,
+            closed,
+            before,
+            calculated: [0, 1, 2].map(|i| before[i] * factors[i]),
+            learned: *learned,
+        })
+    }
+
+    /// Names and gains.
+    fn gains(&self) -> [(&'static str, [f64; 3]); 3] {
+        [
+            ("before", self.before),
+            ("closed form", self.calculated),
+            ("filter", self.learned.gains.map(f64::from)),
+        ]
+    }
+
+    fn returns(&self, robot: &Robot, squares: &Squares) -> Result<Vec<Returns>> {
+        let returns = |(name, gains): (&str, [f64; 3])| {
+            Ok(Returns {
+                name: name.into(),
+                errors: squares.returns(robot, &with_gains(&robot.params, gains))?,
+            })
+        };
+        self.gains().into_iter().map(returns).collect()
+    }
+}
+
+fn write_returns(path: &Path, all: &[Returns]) -> Result<()> {
+    let shown = || path.display().to_string();
+    let mut writer = csv::Writer::from_path(path).with_context(shown)?;
+    writer.write_record(["gains", "direction", "run", "x", "y"])?;
+    for Returns { name, errors } in all {
+        for (direction, errors) in [
+            ("clockwise", &errors.clockwise),
+            ("counter-clockwise", &errors.counter_clockwise),
+        ] {
+            for (run, [x, y]) in (1..).zip(errors) {
+                writer.write_record([
+                    name.clone(),
+                    direction.into(),
+                    format!("{run}"),
+                    format!("{x:.6}"),
+                    format!("{y:.6}"),
+                ])?;
+            }
+        }
+    }
+    writer.flush().with_context(shown)
 }
 
 /// True over nominal diameters and wheel base.
@@ -70,21 +171,15 @@ fn true_gains(robot: &Robot) -> [f64; 3] {
     ]
 }
 
-fn report(
-    options: &Options,
-    robot: &Robot,
-    squares: &Squares,
-    learned: &Calibration,
-) -> Result<String> {
+fn report(options: &Options, robot: &Robot, squares: &Squares, found: &Found) -> Result<String> {
     let params = &robot.params;
     let nominal = |id| f64::from(params.get(id));
-    let errors = squares.return_errors(robot, params)?;
-    // What the base took for its wheel base.
-    let base = nominal(Id::WheelBase) * nominal(Id::GainBase);
-    let closed = ClosedForm::of(&errors, options.side, base);
-    let was = [Id::GainRight, Id::GainLeft, Id::GainBase].map(nominal);
-    let factors = closed.gains();
-    let calculated = [0, 1, 2].map(|i| was[i] * factors[i]);
+    let Found {
+        errors,
+        closed,
+        calculated,
+        ..
+    } = found;
     let mut text = format!(
         "on {}, {} squares of {} m each way, seed {}: the filter has a fix of {:.1} cm and {:.2} deg at each end\n",
         options.robot,
@@ -122,12 +217,8 @@ fn report(
         "{:19}k_r       k_l       k_b       k_r/k_l   k_b/k_d   E_max,syst (m)  max error (m)",
         "gains"
     )?;
-    for (name, gains) in [
-        ("true", true_gains(robot)),
-        ("before", was),
-        ("closed form", calculated),
-        ("filter", learned.gains.map(f64::from)),
-    ] {
+    let truth = [("true", true_gains(robot))];
+    for (name, gains) in truth.into_iter().chain(found.gains()) {
         let [right, left, base] = gains;
         let params = with_gains(params, gains);
         writeln!(
@@ -139,7 +230,7 @@ fn report(
             squares.worst(robot, &params)?
         )?;
     }
-    let [right, left, base] = learned.spread.deviations();
+    let [right, left, base] = found.learned.spread.deviations();
     writeln!(
         text,
         "{:19}{right:.6}  {left:.6}  {base:.6}",

@@ -293,6 +293,33 @@ fn the_command_reports_gains_and_errors_and_writes_and_draws() {
 }
 
 #[test]
+fn scripts_are_run_and_calibrated_on() {
+    let desk = Desk::new(
+        "0 m inf 0.3\n0.5 SetParam deadman 0\n3 t inf 40\n12 t -inf 40\n21 t 0 0\n24 Stop\n25 !end\n",
+    );
+    let command = "calibrate a.script --robot uncalibrated --test a.script --seed 3";
+    let printed = desk.prints(command);
+    assert!(
+        printed.starts_with("on uncalibrated, logs to learn from: 1, to test on: 1; a fix of 0.5 cm and 0.50 deg every 2 s"),
+        "{printed}"
+    );
+    let line = printed
+        .lines()
+        .rfind(|line| line.starts_with("a  "))
+        .unwrap();
+    let number = |index: usize| {
+        line.split_whitespace()
+            .nth(index)
+            .unwrap()
+            .parse::<f64>()
+            .unwrap()
+    };
+    // Before and after: the largest error (m).
+    assert!(number(2) < 0.5 * number(1), "{printed}");
+    assert_eq!(printed, desk.prints(command));
+}
+
+#[test]
 fn a_log_of_which_the_truth_is_not_known_is_refused_and_so_are_fixes_that_cannot_be() {
     let desk = Desk::new("");
     desk.put("blind.csv", "t,left,right\n0,0,0\n5,10,10\n");

@@ -65,7 +65,7 @@ fn the_default_robot_in_a_world_of_its_own_parameters() {
     let (early, late) = (at(&report, 10.0), at(&report, 60.0));
     assert!((0.8..=1.4).contains(&early.nees.value), "{early:?}");
     assert!(early.coverage.value > 0.92, "{early:?}");
-    // Uncalibrated, its rotation's scale is unknown by 1.6 %: after 60 s the heading is unknown by 9°, and even the exponential coordinates bend. In 4000 runs
+    // Uncalibrated, its rotation's scale is unknown by 1.6 %: after 60 s the heading is unknown by 10°, and even the exponential coordinates bend. In 4000 runs
     // it is 1.36 and 88.5 %.
     assert!((0.8..=1.6).contains(&late.nees.value), "{late:?}");
     assert!(late.coverage.value > 0.85, "{late:?}");

@@ -152,14 +152,25 @@ fn the_command_takes_logs_and_scripts_and_draws() {
     let heads: Vec<_> = told.lines().filter(|line| !line.starts_with(' ')).collect();
     assert_eq!(heads.len(), 2, "{told}");
     assert!(
-        heads[0].starts_with("bends: 2.00 m, 2000 particles, uniform priors, seed 1"),
+        heads[0].starts_with("on default, bends: 2.00 m, 2000 particles, uniform priors, seed 1"),
         "{told}"
     );
-    assert!(heads[1].starts_with("a: 1.00 m, "), "{told}");
+    assert!(heads[1].starts_with("on default, a: 1.00 m, "), "{told}");
     assert_eq!(told, desk.prints(command));
     desk.prints("propagate bends.csv --particles 2000 --plot p.svg");
     let picture = desk::text(&desk.read("p.svg"));
     assert!(picture.starts_with("<svg ") && picture.contains("particles"));
+}
+
+#[test]
+fn a_base_that_stands_or_only_turns_has_numbers_all_the_same() {
+    let desk = Desk::new("0 GetPos\n");
+    desk.put("b.script", "0 t 90\n");
+    let told = desk.prints("propagate a.script b.script --particles 200");
+    assert!(
+        told.contains("xy 0.0000") && !told.contains("NaN"),
+        "{told}"
+    );
 }
 
 #[test]

@@ -63,6 +63,31 @@ fn on_a_base_with_motors_and_tyres_both_ways_find_most_of_what_is_wrong() {
 }
 
 #[test]
+fn return_errors_are_written_and_drawn() {
+    let desk = Desk::new("");
+    let command = "umbmark --side 1 --runs 2 --out r.csv --plot r.svg";
+    let printed = desk.prints(command);
+    assert!(
+        printed.starts_with("on uncalibrated, 2 squares of 1 m each way, seed 1: "),
+        "{printed}"
+    );
+    let rows = desk.trace("r.csv");
+    // Before, closed form, filter; two directions; two squares.
+    assert_eq!(rows.len(), 12);
+    let mean = |which: &str, direction: &str, column: usize| {
+        let same = rows.iter().filter(|row| row[..2] == [which, direction]);
+        same.map(|row| row[column].parse::<f64>().unwrap())
+            .sum::<f64>()
+            / 2.0
+    };
+    let told = numbers(&printed, "clockwise ");
+    assert!((mean("before", "clockwise", 3) - told[0]).abs() < 1e-4);
+    assert!((mean("before", "clockwise", 4) - told[1]).abs() < 1e-4);
+    let picture = desk::text(&desk.read("r.svg"));
+    assert!(picture.starts_with("<svg ") && picture.contains("closed form"));
+}
+
+#[test]
 fn squares_that_cannot_be_driven_are_refused() {
     let desk = Desk::new("");
     for (arguments, why) in [
@@ -71,6 +96,8 @@ fn squares_that_cannot_be_driven_are_refused() {
         ("--runs 0", "at least one"),
         ("--robot nobody", "no robot `nobody`"),
         ("--fix-position 0", "deviations above 0"),
+        ("--plot p.gif", "p.gif"),
+        ("--set k_drift=-1", "k_drift must be"),
     ] {
         let message = desk.refuses(&format!("umbmark {arguments}"));
         assert!(message.contains(why), "{arguments}: {message}");

@@ -90,6 +90,10 @@ const STEPS: &[Step] = &[
         readme::check(session, &session.root.join("README.md"))
     })
     .needs(&BASH),
+    call("the tools of the estimate", |session, _| {
+        readme::check(session, &session.root.join("docs/estimation.md"))
+    })
+    .needs(&BASH),
 ];
 
 fn tests(session: &mut Session, machine: &Machine) -> Result<Outcome> {

@@ -139,9 +139,11 @@ fn ellipse([x, y]: [f64; 2], covariance: &Matrix3<f64>) -> Vec<Point> {
 /// The positions of all ξ with ξᵀ C⁻¹ ξ below the 95 % quantile of χ² with two degrees of freedom, as pieces that overlap: for small headings that is the
 /// ellipse. Each slice of one heading is an ellipse; a piece is two neighbouring slices and what lies between them.
 fn banana(covariance: &Matrix3<f64>) -> Vec<Vec<Point>> {
-    const SLICES: i32 = 60;
+    const SLICES: i32 = 24;
+    // Closer together at the ends, where they become smaller quickly.
+    let part = |index| (std::f64::consts::FRAC_PI_2 * f64::from(index) / f64::from(SLICES)).sin();
     let slices: Vec<Vec<Point>> = (-SLICES..=SLICES)
-        .map(|index| slice(covariance, f64::from(index) / f64::from(SLICES)))
+        .map(|index| slice(covariance, part(index)))
         .collect();
     slices
         .windows(2)

@@ -112,7 +112,7 @@ pub(super) fn convergence_scene(
 }
 
 fn boundary() -> Pen {
-    Pen::dashed(GREY, 1.0)
+    Pen::solid(pale(GREY, 0.6), 1.2)
 }
 
 /// The truth is the same for both, so it is drawn once.
@@ -123,7 +123,8 @@ fn draw_paths(scene: &mut Scene, before: &Replay, after: &Replay) {
         path.covariance.clear();
         path
     };
-    let (before, after) = (named(before, "before"), named(after, "after"));
+    let (before, mut after) = (named(before, "before"), named(after, "after"));
+    after.truth = None;
     let track = |path, estimate| Track {
         path,
         truth: Pen::solid(pale(TRUTH.color, 0.5), TRUTH.width),

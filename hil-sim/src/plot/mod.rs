@@ -1,4 +1,4 @@
-//! Figures of traces, of replayed logs and of clouds of poses, as SVG or PNG; equal rows make equal files, on any machine.
+//! Figures of traces, of replayed logs, of calibrations and of clouds of poses, as SVG or PNG; equal rows make equal files, on any machine.
 
 mod cloud;
 mod convergence;
@@ -8,6 +8,7 @@ mod panel;
 mod path;
 mod render;
 mod replay;
+mod returns;
 mod scene;
 
 use std::path::Path;
@@ -18,6 +19,7 @@ use plotters::style::RGBColor;
 pub use cloud::{Cloud, OverTime, plot_cloud};
 pub use convergence::plot_convergence;
 pub use replay::{ReplayPath, plot_replay};
+pub use returns::{Returns, plot_returns};
 
 use crate::trace::Row;
 use geometry::Rect;

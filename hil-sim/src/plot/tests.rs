@@ -6,6 +6,7 @@ use nalgebra::Matrix3;
 use super::cloud::cloud_scene;
 use super::convergence::convergence_scene;
 use super::replay::replay_scene;
+use super::returns::returns_scene;
 use super::scene::{HEIGHT, Shape};
 use super::*;
 
@@ -274,6 +275,26 @@ fn texts_neither_overlap_nor_leave_the_figure() {
     for points in [learned(1), learned(500)] {
         check_texts(&convergence_scene(&points, None, title).unwrap());
     }
+    for size in [1e-3, 0.3] {
+        check_texts(&returns_scene(&returned(size), title).unwrap());
+    }
+}
+
+/// Return errors of squares, before and after two calibrations.
+fn returned(size: f64) -> Vec<Returns> {
+    let errors = |size: f64| crate::umbmark::Directions {
+        clockwise: vec![[-size, -size], [-1.1 * size, -size]],
+        counter_clockwise: vec![[-size, size], [-size, 0.9 * size]],
+    };
+    let returns = |name: &str, size| Returns {
+        name: name.into(),
+        errors: errors(size),
+    };
+    vec![
+        returns("before", size),
+        returns("closed form", 0.1 * size),
+        returns("filter", -0.05 * size),
+    ]
 }
 
 /// Gains that settle, over three logs.

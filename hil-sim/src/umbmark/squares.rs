@@ -146,19 +146,32 @@ impl Squares {
     /// # Errors
     /// None: the fakes never refuse.
     pub fn return_errors(&self, robot: &Robot, params: &Params) -> Result<Directions<[f64; 2]>> {
-        let centre = |logs: &[Log]| -> Result<[f64; 2]> {
-            let mut sum = [0.0; 2];
-            for log in logs {
-                let error = return_error(log, robot, params)?;
-                for (sum, error) in sum.iter_mut().zip(error) {
-                    *sum += error / logs.len() as f64;
-                }
-            }
-            Ok(sum)
+        let all = self.returns(robot, params)?;
+        let centre = |errors: &[[f64; 2]]| {
+            let mean = |axis: usize| {
+                errors.iter().map(|error| error[axis]).sum::<f64>() / errors.len() as f64
+            };
+            [mean(0), mean(1)]
         };
         Ok(Directions {
-            clockwise: centre(&self.logs.clockwise)?,
-            counter_clockwise: centre(&self.logs.counter_clockwise)?,
+            clockwise: centre(&all.clockwise),
+            counter_clockwise: centre(&all.counter_clockwise),
+        })
+    }
+
+    /// The return errors of each square.
+    ///
+    /// # Errors
+    /// None: the fakes never refuse.
+    pub fn returns(&self, robot: &Robot, params: &Params) -> Result<Directions<Vec<[f64; 2]>>> {
+        let each = |logs: &[Log]| -> Result<Vec<[f64; 2]>> {
+            logs.iter()
+                .map(|log| return_error(log, robot, params))
+                .collect()
+        };
+        Ok(Directions {
+            clockwise: each(&self.logs.clockwise)?,
+            counter_clockwise: each(&self.logs.counter_clockwise)?,
         })
     }
 
