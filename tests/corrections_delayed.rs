@@ -137,6 +137,7 @@ fn late_fixes_out_of_order_are_nearly_those_in_order() {
     // The ring keeps no covariances between instants, so what the second fix and the first tell together is counted as if the noise between them
     // were told once more: a tenth of the covariance, and of a heading innovation of 5° a thirtieth.
     let [distance, angle, covariance] = apart(&second, &ordered);
+    println!("{distance} {angle} {covariance}");
     assert!(distance < 2e-3, "{distance} m");
     assert!(angle < 0.17_f64.to_radians(), "{angle} rad");
     assert!(covariance < 0.15, "covariance {covariance}");

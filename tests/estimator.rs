@@ -267,7 +267,7 @@ fn a_fix_is_accepted_wherever_a_long_straight_run_has_led() {
                 learns: false,
             };
             let mut update = Update::none(&belief, &Spread::NONE);
-            let fixed = update.by_pose(&belief.leverage, &innovation, &r, terms);
+            let fixed = update.by_pose(&innovation, &r, terms);
             if fixed.is_err() {
                 refused.push((heading, distance));
             }
