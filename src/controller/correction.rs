@@ -196,7 +196,7 @@ impl Update {
     #[inline(never)]
     pub fn by_run(&mut self, effects: &[f32; GAINS], longer: f64) -> Result<(), CorrectionError> {
         let h = Vector3::from(effects.map(f64::from));
-        if inner(&h, &applied(&self.spread, &h)) < TAPE * TAPE {
+        if inner(&h, &applied(&self.spread, &h)) <= NOTHING * inner(&h, &h) {
             // Both wheels alike.
             let common = h.map(|e| if e > 0.0 { UNKNOWN } else { 0.0 });
             add_outer(&mut self.spread, 1.0, &common, &common);
