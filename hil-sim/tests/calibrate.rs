@@ -143,17 +143,105 @@ fn a_late_fix_tells_the_same() {
     let gains = |delay| {
         let fixes = Fixes { delay, ..FIXES };
         let mut learner = Learner::new(&robot, &params, &fixes).unwrap();
-        learner.learn(&log).unwrap();
+        // The last one is on its way when the log ends.
+        assert_eq!(learner.learn(&log).unwrap().taken, 60);
         learner.calibration()
     };
     let (fresh, late) = (gains(0.0), gains(0.3));
-    // The last fix of the late ones is still on its way when the log ends; and poses between two rows are interpolated. Both are small beside what is not known.
+    // Poses between two rows are interpolated: that is small beside what is not known.
     for i in 0..3 {
         let difference = (fresh.gains[i] - late.gains[i]).abs();
         assert!(
             difference < 0.2 * fresh.spread.deviations()[i],
             "{fresh:?} {late:?}"
         );
+    }
+}
+
+/// Of the line of the table of gains that starts with a name: how many fixes were taken and refused, d²/3, and the gains with their deviations.
+fn gains_of(printed: &str, name: &str) -> (String, String, String, Vec<f64>) {
+    let table = printed.split("\n\n").next().unwrap();
+    let mut lines = table.lines().filter(|line| line.starts_with(name));
+    let mut words = lines.next_back().unwrap().split_whitespace().skip(1);
+    let mut word = || words.next().unwrap().to_owned();
+    let (taken, refused, ratio) = (word(), word(), word());
+    let numbers = words.filter_map(|word| word.parse().ok()).collect();
+    (taken, refused, ratio, numbers)
+}
+
+#[test]
+fn the_last_fix_of_a_log_arrives_however_late() {
+    let desk = Desk::new("");
+    let gains = [0.9936, 0.9944, 1.007];
+    desk.put("a.csv", &file(&driven(gains, 6, &winding)));
+    desk.put("b.csv", &file(&driven(gains, 4, &|t| winding(20.0 + t))));
+    let quiet = QUIET.map(|setting| format!("--set {setting}")).join(" ");
+    let command = format!("calibrate a.csv b.csv {quiet} --fix-every end --out g.csv");
+    let fresh = desk.prints(&command);
+    for delay in ["0.3", "0.007", "1.5"] {
+        let late = desk.prints(&format!("{command} --fix-delay {delay}"));
+        for log in ["a ", "b "] {
+            let (taken, refused, ratio, of_late) = gains_of(&late, log);
+            assert_eq!((&*taken, &*refused), ("1", "0"), "{late}");
+            assert_ne!(ratio, "-");
+            let (.., of_fresh) = gains_of(&fresh, log);
+            assert_eq!(of_late.len(), 6, "{late}");
+            for i in 0..3 {
+                // They end under way, and stop at once: between 32 ms before the end and the end the past is interpolated.
+                let deviation = of_fresh[2 * i + 1];
+                let apart = of_late[2 * i] - of_fresh[2 * i];
+                assert!(apart.abs() < 0.2 * deviation, "{delay} s\n{fresh}{late}");
+            }
+        }
+        let rows = desk.trace("g.csv");
+        // Each log's start and its only fix; time goes on while that is on its way.
+        let time = |row: usize| rows[row][0].parse::<f64>().unwrap();
+        let delay: f64 = delay.parse().unwrap();
+        assert_eq!(rows.len(), 4);
+        for (row, wanted) in [0.0, 6.0 + delay, 6.0 + delay, 10.0 + 2.0 * delay]
+            .into_iter()
+            .enumerate()
+        {
+            assert!((time(row) - wanted).abs() < 2e-3, "{rows:?}");
+        }
+    }
+}
+
+#[test]
+fn several_fixes_may_be_on_their_way_at_the_end() {
+    let (robot, params) = robot();
+    let fixes = Fixes {
+        every: Some(0.1),
+        delay: 1.5,
+        ..FIXES
+    };
+    let mut learner = Learner::new(&robot, &params, &fixes).unwrap();
+    let taken = learner.learn(&driven([1.0; 3], 5, &winding)).unwrap();
+    assert_eq!((taken.taken, taken.refused), (50, 0));
+}
+
+#[test]
+fn a_log_of_which_no_fix_is_taken_has_no_number_and_a_calibration_without_any_fix_is_none() {
+    let desk = Desk::new("");
+    desk.put("long.csv", &file(&driven([1.0; 3], 6, &winding)));
+    desk.put("short.csv", &file(&driven([1.0; 3], 1, &winding)));
+    let printed = desk.prints("calibrate long.csv short.csv");
+    let (taken, refused, ratio, numbers) = gains_of(&printed, "short ");
+    assert_eq!((&*taken, &*refused, &*ratio), ("0", "0", "-"), "{printed}");
+    assert_eq!(numbers, gains_of(&printed, "long ").3);
+    assert!(!printed.contains("NaN"));
+    for (arguments, why) in [
+        (
+            "short.csv",
+            "no fix was taken: the logs end before the first",
+        ),
+        (
+            "long.csv --set gate=1e-9",
+            "no fix was taken: all 3 lay beyond the gate",
+        ),
+    ] {
+        let message = desk.refuses(&format!("calibrate {arguments}"));
+        assert!(message.contains(why), "{arguments}: {message}");
     }
 }
 
