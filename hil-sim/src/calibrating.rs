@@ -4,7 +4,7 @@ use crate::journey::journey;
 use crate::options::{Every, Told};
 use anyhow::{Context, Result};
 use clap::Args;
-use hil_sim::calibrate::{Fixes, Learner, Point, Verdict, verdict};
+use hil_sim::calibrate::{Fixes, Learner, Point, Verdict, set_calibration, verdict};
 use hil_sim::plot;
 use hil_sim::replay::{Errors, Log};
 use hil_sim::statistics::CHI_SQUARE_3_99;
@@ -102,6 +102,11 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
     }
     let mut learned = params;
     learned.learn(&learner.learned()?);
+    write!(
+        text,
+        "\nfor a base with these parameters:\n{}",
+        set_calibration(&learned)
+    )?;
     let judge = |logs: &[Log]| -> Result<Vec<Verdict>> {
         let verdict = |log| verdict(log, &robot, &params, &learned, &fixes);
         logs.iter().map(verdict).collect()

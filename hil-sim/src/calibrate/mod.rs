@@ -1,7 +1,9 @@
 //! Calibration: recorded counts and fixes of the pose through the whole controller, which learns its gains from them as it would on the floor.
 
+mod commands;
 mod verdict;
 
+pub use commands::{set_calibration, set_gains};
 pub use verdict::{Verdict, verdict};
 
 use crate::peripherals::Wires;
@@ -171,6 +173,12 @@ impl Learner {
     #[must_use]
     pub fn calibration(&self) -> Calibration {
         *self.desk.calibration()
+    }
+
+    /// What became of the fixes of all logs.
+    #[must_use]
+    pub fn taken(&self) -> Taken {
+        self.all
     }
 
     /// What was learned.
