@@ -9,7 +9,8 @@ pub fn set_gains(params: &Params) -> String {
     GAINS.map(|id| set(params, id)).concat()
 }
 
-/// `SetParam` lines of the gains and of how well they are known, and `SaveParams`: for a base whose other parameters are these.
+/// `SetParam` lines of the gains and of how well they are known, and `SaveParams`: for a base whose other parameters are these. The gains come first: another
+/// gain makes a base doubt what it has learned.
 #[must_use]
 pub fn set_calibration(params: &Params) -> String {
     let spread = SPREAD.map(|id| set(params, id)).concat();
