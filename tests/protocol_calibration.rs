@@ -67,3 +67,41 @@ fn a_correction_considers_the_gains_and_leaves_them() {
     rig.run(0.1);
     assert_eq!(rig.ask("GetGains"), before);
 }
+
+#[test]
+fn gains_that_were_learned_of_another_geometry_are_doubted() {
+    let mut rig = Rig::new();
+    let learned = [
+        "gain_right 1.002",
+        "gain_base 1.01",
+        "spread_rr 0.0005",
+        "spread_ll 0.0005",
+        "spread_bb 0.001",
+    ];
+    for setting in learned {
+        rig.ok(&format!("SetParam {setting}"));
+    }
+    let known = "Gains 1.002000 1.000000 1.010000 0.000500 0.000500 0.001000";
+    assert_eq!(rig.ask("GetGains"), known);
+    // The same once more is no other geometry, and the gate is none at all.
+    rig.ok("SetParam wheel_base 0.2");
+    rig.ok("SetParam gate 16");
+    assert_eq!(rig.ask("GetGains"), known);
+    rig.ok("SetParam left_diameter 0.083");
+    assert_eq!(
+        rig.ask("GetGains"),
+        "Gains 1.002000 1.000000 1.010000 0.005004 0.005004 0.015811"
+    );
+    assert_eq!(rig.ask("GetParam spread_bb"), "Param spread_bb 0 -");
+}
+
+#[test]
+fn a_prior_that_nothing_was_learned_of_goes_along_with_its_parameters() {
+    let mut rig = Rig::new();
+    rig.ok("SetParam gate 9");
+    rig.ok("SetParam k_rot 0");
+    assert_eq!(
+        rig.ask("GetGains"),
+        "Gains 1.000000 1.000000 1.000000 0.005004 0.005004 0.000000"
+    );
+}

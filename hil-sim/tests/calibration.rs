@@ -5,6 +5,7 @@ mod bench;
 use bench::Bench;
 use hil_sim::peripherals::FakeFlash;
 use vehicle_controller::params::store::Store;
+use vehicle_controller::params::{Id, Params};
 
 /// k_r, k_l, k_b of the robot `uncalibrated`: what it is over what it believes.
 const TRUTH: [f64; 3] = [0.083_457 / 0.084, 0.083_524 / 0.084, 0.2014 / 0.2];
@@ -191,4 +192,35 @@ fn what_was_travelled_keeps_the_prior_that_it_was_travelled_with() {
             "{change}: {after} {before}"
         );
     }
+}
+
+/// Var x after a metre there and back, with something said in between.
+fn there_and_back(say: Option<&str>) -> f64 {
+    let mut bench = Bench::new("ideal", 1);
+    bench.send("m 1 0.5");
+    bench.run(4.0);
+    if let Some(line) = say {
+        bench.send(line);
+        bench.wait_for("OK", 1.0);
+    }
+    bench.send("m -1 0.5");
+    bench.run(4.0);
+    bench.send("GetEstPos");
+    let reply = bench.wait_for("EstPos", 1.0);
+    reply.split(' ').nth(3).unwrap().parse().unwrap()
+}
+
+#[test]
+fn what_was_travelled_with_other_wheels_stays_as_uncertain_as_it_was() {
+    // There and back the same wheels are wrong by the same: nothing of that is left. Of other ones nobody knows: once K_scale for each metre.
+    let same = there_and_back(None);
+    let others = there_and_back(Some("SetParam right_diameter 0.0841"));
+    assert!(same < 1.5e-5, "{same}");
+    let common = f64::from(Params::default().get(Id::KScale));
+    assert!(
+        ((others - same) / (2.0 * common) - 1.0).abs() < 0.05,
+        "{others}"
+    );
+    // Something that has nothing to do with them changes nothing.
+    assert_eq!(there_and_back(Some("SetParam gate 9")), same);
 }

@@ -189,24 +189,34 @@ impl Update {
         filter.finish(terms.gate)
     }
 
-    /// A straight run that was `longer` (m) than odometry says. `effects` is by how much each gain makes it longer.
+    /// A straight run that was `longer` (m) than odometry says; gives d². `run` is by how much each gain makes it longer, and its random variance (m²).
     ///
     /// # Errors
-    /// [`CorrectionError::NotFinite`].
+    /// [`CorrectionError::Gate`] if d² exceeds the gate; [`CorrectionError::NotFinite`].
     #[inline(never)]
-    pub fn by_run(&mut self, effects: &[f32; GAINS], longer: f64) -> Result<(), CorrectionError> {
+    pub fn by_run(
+        &mut self,
+        (effects, variance): ([f32; GAINS], f32),
+        longer: f64,
+        gate: f64,
+    ) -> Result<f32, CorrectionError> {
         let h = Vector3::from(effects.map(f64::from));
-        if inner(&h, &applied(&self.spread, &h)) <= NOTHING * inner(&h, &h) {
-            // Both wheels alike.
-            let common = h.map(|e| if e > 0.0 { UNKNOWN } else { 0.0 });
-            add_outer(&mut self.spread, 1.0, &common, &common);
+        // Both wheels alike: what k_scale = 0 says is known, and is measured all the same.
+        let common = h.map(|e| if e > 0.0 { 1.0 } else { 0.0 });
+        if inner(&common, &applied(&self.spread, &common)) <= NOTHING {
+            add_outer(&mut self.spread, UNKNOWN * UNKNOWN, &common, &common);
         }
         let ph = applied(&self.spread, &h);
-        let s = TAPE * TAPE + inner(&h, &ph);
+        let s = TAPE * TAPE + f64::from(variance) + inner(&h, &ph);
+        let distance = longer * longer / s;
+        if gate > 0.0 && distance > gate {
+            return Err(CorrectionError::Gate(distance as f32));
+        }
         add_outer(&mut self.spread, -1.0 / s, &ph, &ph);
         self.gains = ph * (longer / s);
         self.learned = true;
-        self.check()
+        self.check()?;
+        Ok(distance as f32)
     }
 
     fn check(&self) -> Result<(), CorrectionError> {

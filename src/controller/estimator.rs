@@ -3,6 +3,7 @@
 use super::belief::Belief;
 pub use super::compound::Compound;
 use super::compound::{Odometer, Play};
+use super::messages::Config;
 use super::reckoning::{Reckoning, WidePose};
 use crate::math::positive_part;
 use crate::vehicle::{Calibration, GAINS, Influence, Twist};
@@ -157,14 +158,14 @@ impl Estimator {
         }
     }
 
-    /// Takes other parameters over; what was travelled keeps its old ones. `influence` is that of the gains in `calibration`.
-    pub fn configure(&mut self, noise: Noise, calibration: Calibration, influence: Influence) {
+    /// Takes other parameters over; what was travelled keeps its old ones. `influence` is that of its gains.
+    pub fn configure<C>(&mut self, config: &Config<C>, influence: Influence) {
         self.fold();
-        if calibration != self.calibration {
+        if config.anew || config.calibration != self.calibration {
             self.reckoning.absorb(&self.calibration.spread);
         }
-        self.noise = noise;
-        self.calibration = calibration;
+        self.noise = config.noise;
+        self.calibration = config.calibration;
         self.influence = influence;
     }
 
@@ -174,14 +175,15 @@ impl Estimator {
         self.present_odometer().travelled()
     }
 
-    /// By how much a straight motion of ΔS (m) is longer for each gain, m.
+    /// By how much a straight motion of ΔS (m) is longer for each gain, m; and the random part of its variance, m².
     #[must_use]
-    pub fn effects(&self, travelled: f32) -> [f32; GAINS] {
-        let straight = Twist {
+    pub fn straight(&self, travelled: f32) -> ([f32; GAINS], f32) {
+        let motion = Twist {
             translation: travelled,
             rotation: 0.0,
         };
-        self.influence.of(straight).map(|effect| effect.translation)
+        let effects = self.influence.of(motion).map(|effect| effect.translation);
+        (effects, self.noise.translation * travelled.abs())
     }
 
     /// What is known of the gains.

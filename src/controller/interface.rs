@@ -46,6 +46,8 @@ pub enum Refusal {
     Disabled,
     /// The vehicle moves.
     Moving,
+    /// There was no run of at least 0.1 m since the gains have last changed.
+    Run,
     /// A correction was not acceptable.
     Correction(CorrectionError),
 }
@@ -55,6 +57,7 @@ impl core::fmt::Display for Refusal {
         f.write_str(match self {
             Self::Busy => "the request before is not carried out yet",
             Self::Distance => "the distance is not a number",
+            Self::Run => "there was no run that could be measured",
             Self::Speed(_) => "the speed is out of range",
             Self::Acceleration(_) => "the acceleration is out of range",
             Self::Age | Self::TooOld(_) => "the age is out of range",
@@ -117,7 +120,7 @@ pub struct Interface<C> {
     calibration: Calibration,
     learns: bool,
     /// ΔS at the last move command, m.
-    run_from: f64,
+    run_from: Option<f64>,
 }
 
 impl<C> Interface<C> {
@@ -136,7 +139,7 @@ impl<C> Interface<C> {
             answered: None,
             calibration: *snapshot.estimator.calibration(),
             learns: false,
-            run_from: 0.0,
+            run_from: None,
         }
     }
 
@@ -225,7 +228,7 @@ impl<C> Interface<C> {
         let (speed, acceleration) = (self.limits.speed, self.limits.acceleration);
         self.check_motion(&command, speed, acceleration)?;
         self.send(Action::Move(command))?;
-        self.run_from = self.snapshot.estimator.travelled();
+        self.run_from = Some(self.snapshot.estimator.travelled());
         Ok(())
     }
 
@@ -372,23 +375,30 @@ impl<C> Interface<C> {
     }
 
     /// Takes the last move for one of `length` m, measured from outside, along a straight line: that tells what the gains of the wheels have in common,
-    /// k_d [H eq. 10].
+    /// k_d [H eq. 10]. Returns the squared Mahalanobis distance of what it was longer. A move is good for one measurement.
     ///
     /// # Errors
-    /// [`Refusal::Moving`] until it has ended; [`Refusal::Distance`] if it was shorter than 0.1 m; [`Refusal::Correction`] if a gain would be beyond reason.
+    /// [`Refusal::Moving`] until it has ended; [`Refusal::Run`] if it was shorter than 0.1 m, or the gains have changed since it began;
+    /// [`Refusal::Correction`] if the measurement is beyond `gate` (0: no gate), or a gain would be beyond reason; [`Refusal::Busy`] unless
+    /// [`takes_corrections`](Self::takes_corrections).
     #[inline(never)]
-    pub fn calibrate_straight(&mut self, length: f64) -> Result<(), Refusal> {
+    pub fn calibrate_straight(&mut self, length: f64, gate: f32) -> Result<f32, Refusal> {
         if self.snapshot.is_moving() {
             return Err(Refusal::Moving);
         }
-        let travelled = (self.snapshot.estimator.travelled() - self.run_from).abs();
+        let estimator = &self.snapshot.estimator;
+        let travelled = match self.run_from {
+            Some(start) => (estimator.travelled() - start).abs(),
+            None => 0.0,
+        };
         if travelled.is_nan() || travelled < 0.1 {
-            return Err(Refusal::Distance);
+            return Err(Refusal::Run);
         }
-        let effects = self.snapshot.estimator.effects(travelled as f32);
+        let run = estimator.straight(travelled as f32);
         let mut update = Update::none(&self.present().belief, &self.calibration.spread);
-        update.by_run(&effects, length - travelled)?;
-        self.correct(&update, self.snapshot.time, true)
+        let distance = update.by_run(run, length - travelled, f64::from(gate))?;
+        self.correct(&update, self.snapshot.time, true)?;
+        Ok(distance)
     }
 
     /// `ResetPos`: sets pose and covariance, and forgets the past.
@@ -421,17 +431,19 @@ impl<C> Interface<C> {
     /// [`Refusal::Moving`] if the geometry changes while the vehicle moves.
     pub fn configure(
         &mut self,
-        config: Config<C>,
+        mut config: Config<C>,
         limits: Limits,
         geometry: bool,
     ) -> Result<(), Refusal> {
         if geometry && self.snapshot.is_moving() {
             return Err(Refusal::Moving);
         }
+        config.anew = geometry;
         let calibration = config.calibration;
         self.send(Action::Configure(config))?;
         self.limits = limits;
-        if calibration != self.calibration {
+        if geometry || calibration != self.calibration {
+            self.run_from = None;
             self.history.absorb(&self.calibration.spread);
             if let Some(answered) = &mut self.answered {
                 answered.belief.absorb(&self.calibration.spread);
@@ -472,6 +484,10 @@ impl<C> Interface<C> {
         }
         let correction = self.snapshot.estimator.correction(&after, calibration);
         self.send(Action::Correct(correction))?;
+        if learns {
+            // The run was counted with other gains.
+            self.run_from = None;
+        }
         self.calibration = calibration;
         self.history.correct(update, at);
         if let Some(answered) = &mut self.answered {

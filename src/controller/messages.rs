@@ -40,6 +40,8 @@ pub struct Config<C> {
     pub noise: Noise,
     /// What is known of the vehicle's gains.
     pub calibration: Calibration,
+    /// An encoder count means something else from here on: what the gains have done so far, others have done.
+    pub anew: bool,
     /// What the board's inputs mean.
     pub sensing: Sensing,
     /// What the supervisor holds the base to.

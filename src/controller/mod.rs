@@ -112,7 +112,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// Takes the vehicle over. `fault` is one that the start-up found, such as a watchdog reset.
     pub fn new(vehicle: V, config: Config<V::Config>, fault: Option<Fault>) -> Self {
         let mut estimator = Estimator::new(config.noise);
-        estimator.configure(config.noise, config.calibration, vehicle.influence());
+        estimator.configure(&config, vehicle.influence());
         Self {
             vehicle,
             config,
@@ -316,8 +316,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 self.period = time::seconds(config.period);
                 self.vehicle.configure(&config.vehicle);
                 let influence = self.vehicle.influence();
-                self.estimator
-                    .configure(config.noise, config.calibration, influence);
+                self.estimator.configure(config, influence);
                 self.config = *config;
             }
         }

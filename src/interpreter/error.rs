@@ -163,6 +163,12 @@ pub fn refuse(refusal: Refusal) -> Error {
             max: Calibration::RANGE[1],
             unit: "",
         },
+        Refusal::Run => Error::Range {
+            name: "the last move",
+            min: 0.1,
+            max: 1e3,
+            unit: "m",
+        },
         Refusal::Age => age_range(1.5),
         Refusal::TooOld(reach) => age_range(reach),
         // The parser lets no such number through; the interface may still be called by others.

@@ -17,6 +17,7 @@ impl Interpreter {
         command: &Command,
         text: &mut Text,
     ) -> Result<(), Error> {
+        self.note_gains(desk);
         match *command {
             Command::Move(args) => {
                 let command = complete(self.last_move, args);
@@ -39,7 +40,6 @@ impl Interpreter {
             Command::Observe(observation, age) => {
                 let gate = self.params.get(Id::Gate);
                 let distance = desk.observe(&observation, age, gate).map_err(refuse)?;
-                self.note_gains(desk);
                 text.str("Observed").fixed(f64::from(distance), 6);
                 return Ok(());
             }
@@ -72,17 +72,18 @@ impl Interpreter {
                 self.take_params(desk, &params, true)?;
             }
             Calibrate::Straight(length) => {
-                desk.calibrate_straight(length).map_err(refuse)?;
-                self.params.learn(desk.calibration());
+                let gate = self.params.get(Id::Gate);
+                desk.calibrate_straight(length, gate).map_err(refuse)?;
             }
         }
         Ok(())
     }
 
-    /// What observations have taught is kept with the parameters.
+    /// What has been learned, whoever has taught it, is kept with the parameters. A prior that nothing was learned of stays one.
     fn note_gains(&mut self, desk: &Desk) {
-        if desk.learns() {
-            self.params.learn(desk.calibration());
+        let known = desk.calibration();
+        if *known != self.params.calibration() {
+            self.params.learn(known);
         }
     }
 
@@ -90,7 +91,12 @@ impl Interpreter {
     fn set_param(&mut self, desk: &mut Desk, id: Id, value: f32) -> Result<(), Error> {
         let mut params = self.params;
         params.set(id, value).map_err(refuse_param)?;
-        let geometry = matches!(id.spec().kind, Kind::Geometry | Kind::Wiring);
+        let kind = id.spec().kind;
+        if matches!(kind, Kind::Geometry) && params != self.params {
+            // What was learned was learned of another geometry.
+            params.doubt_gains();
+        }
+        let geometry = matches!(kind, Kind::Geometry | Kind::Wiring);
         self.take_params(desk, &params, geometry)
     }
 

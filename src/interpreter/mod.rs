@@ -295,7 +295,11 @@ impl Interpreter {
         let corrects = |waiting: &Waiting| {
             matches!(
                 waiting.command,
-                Ok(Command::CorrectPos(..) | Command::Observe(..))
+                Ok(Command::CorrectPos(..)
+                    | Command::Observe(..)
+                    | Command::Calibrate(_)
+                    | Command::SetParam(..)
+                    | Command::Plain(Keyword::ResetParams))
             )
         };
         let ready = desk.takes_corrections() || !self.waiting.front().is_some_and(corrects);

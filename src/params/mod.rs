@@ -177,6 +177,7 @@ impl Params {
                 rotation: radians(self.get(Id::NoiseRot)),
             },
             calibration: self.calibration(),
+            anew: false,
             sensing: Sensing {
                 nominal_supply: self.get(Id::Supply),
                 battery_divider: self.get(Id::BatteryDivider),
@@ -190,7 +191,7 @@ impl Params {
     }
 
     /// What is known of the gains: what was learned, or the prior (theory section 6).
-    fn calibration(&self) -> Calibration {
+    pub(crate) fn calibration(&self) -> Calibration {
         let root = SPREAD.map(|id| self.get(id));
         let spread = if root == [0.0; 6] {
             self.prior()
@@ -236,6 +237,13 @@ impl Params {
     /// Forgets it.
     pub fn unlearn(&mut self) {
         self.learn(&Calibration::default());
+    }
+
+    /// The gains are what they are, but as uncertain as if nothing had been learned.
+    pub fn doubt_gains(&mut self) {
+        for id in SPREAD {
+            self.put(id, 0.0);
+        }
     }
 
     fn supervision(&self) -> supervisor::Config {

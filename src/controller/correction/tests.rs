@@ -1,6 +1,7 @@
 //! What a correction does to the past, against the Kalman filter of both instants and the gains together.
 
 use super::*;
+use nalgebra::{Matrix3x6, Matrix6, Matrix6x3};
 
 /// Uniform in ±1, the same each time (Knuth's MMIX generator).
 struct Random(u64);
@@ -102,4 +103,88 @@ fn the_past_follows_a_correction_that_learns_the_gains() {
 #[test]
 fn the_past_follows_a_correction_that_considers_the_gains() {
     the_past_follows(false);
+}
+
+/// Pose and gains in one filter, in Joseph's form, with nothing left out: a state of six, the gains' gain left out where they are only considered.
+fn joint(
+    own: &Matrix3<f64>,
+    leverage: &Matrix3<f64>,
+    p: &Matrix3<f64>,
+    r: &Matrix3<f64>,
+    learns: bool,
+) -> (Matrix6<f64>, Matrix6x3<f64>) {
+    let mut c = Matrix6::zeros();
+    c.fixed_view_mut::<3, 3>(0, 0)
+        .copy_from(&(own + leverage * p * leverage.transpose()));
+    c.fixed_view_mut::<3, 3>(0, 3).copy_from(&(leverage * p));
+    c.fixed_view_mut::<3, 3>(3, 0)
+        .copy_from(&(p * leverage.transpose()));
+    c.fixed_view_mut::<3, 3>(3, 3).copy_from(p);
+    let h = Matrix3x6::identity();
+    let s = h * c * h.transpose() + r;
+    let mut k = c * h.transpose() * s.try_inverse().unwrap();
+    if !learns {
+        k.fixed_view_mut::<3, 3>(3, 0).fill(0.0);
+    }
+    let left = Matrix6::identity() - k * h;
+    (left * c * left.transpose() + k * r * k.transpose(), k)
+}
+
+#[test]
+fn a_fix_is_the_kalman_filter_of_pose_and_gains() {
+    let mut random = Random(11);
+    for n in 0..1000 {
+        let learns = n % 2 == 0;
+        let own = random.positive([0.02, 0.02, 0.05]);
+        let leverage = random.matrix([0.5, 0.5, 2.0]);
+        let root = random.matrix([0.01; 3]);
+        let spread = Spread::of(&(root * root.transpose()));
+        let p = spread.covariance();
+        let r = random.positive([0.01, 0.01, 0.02]) + Matrix3::from_diagonal_element(1e-6);
+        let nu = Vector3::new(0.02, -0.01, 0.03);
+        let mut belief = Belief {
+            pose: Pose::default(),
+            own,
+            leverage,
+        };
+        let mut update = Update::none(&belief, &spread);
+        let terms = Terms { gate: 0.0, learns };
+        let distance = update.by_pose(&nu, &r, terms).unwrap();
+        update.carry_to_later(&mut belief);
+        let (change, known) = update.gains();
+
+        let (c, k) = joint(&own, &leverage, &p, &r, learns);
+        let whole = own + leverage * p * leverage.transpose();
+        let s = whole + r;
+        let wanted = nu.dot(&(s.try_inverse().unwrap() * nu));
+        assert!((f64::from(distance) / wanted - 1.0).abs() < 1e-5, "{n}");
+        let moved = k * nu;
+        let pose = Vector3::new(belief.pose.x, belief.pose.y, belief.pose.theta);
+        assert!((pose - moved.fixed_rows::<3>(0)).abs().max() < 1e-9, "{n}");
+        // What is told of the gains has the digits of an f32.
+        let p_after = if learns { known } else { spread };
+        if learns {
+            assert!(
+                (change - moved.fixed_rows::<3>(3)).abs().max() < 1e-9,
+                "{n}"
+            );
+            let off = relative(
+                &p_after.covariance(),
+                &c.fixed_view::<3, 3>(3, 3).into(),
+                &p,
+            );
+            assert!(off < 1e-6, "{n}: {off:.1e}");
+        } else {
+            assert_eq!(change, Vector3::zeros());
+        }
+        let off = relative(
+            &(belief.own + belief.shared(&p_after)),
+            &c.fixed_view::<3, 3>(0, 0).into(),
+            &whole,
+        );
+        assert!(off < 1e-6, "{n}: {off:.1e}");
+        let common = belief.leverage * p_after.covariance();
+        let off = (common - c.fixed_view::<3, 3>(0, 3)).abs().max();
+        assert!(off < 1e-8, "{n}: {off:.1e}");
+    }
 }
