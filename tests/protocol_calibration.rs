@@ -10,14 +10,14 @@ fn the_gains_and_their_deviations_are_told() {
     // √(K_scale + (w √K_drift/2)²) twice, and √K_rot.
     assert_eq!(
         rig.ask("GetGains"),
-        "Gains 1.000000 1.000000 1.000000 0.005004 0.005004 0.015811"
+        "Gains 1.000000 1.000000 1.000000 0.005012 0.005012 0.014142"
     );
     rig.ok("SetParam k_drift 0");
     rig.ok("SetParam k_scale 0");
     rig.ok("SetParam gain_base 1.01");
     assert_eq!(
         rig.ask("GetGains"),
-        "Gains 1.000000 1.000000 1.010000 0.000000 0.000000 0.015811"
+        "Gains 1.000000 1.000000 1.010000 0.000000 0.000000 0.014142"
     );
 }
 

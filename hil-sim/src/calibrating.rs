@@ -31,7 +31,7 @@ pub struct Options {
     #[arg(long, default_value = "2", value_name = "S|end", value_parser = Every::or_end)]
     fix_every: Every,
     /// How well a fix knows x and y: standard deviation
-    #[arg(long, default_value_t = 0.005, value_name = "M")]
+    #[arg(long, default_value_t = 0.01, value_name = "M")]
     fix_position: f64,
     /// How well a fix knows the heading: standard deviation
     #[arg(long, default_value_t = 0.5, value_name = "DEG")]

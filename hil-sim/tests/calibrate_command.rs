@@ -58,7 +58,7 @@ fn scripts_are_run_and_calibrated_on() {
     let command = "calibrate a.script --robot uncalibrated --test a.script --seed 3";
     let printed = desk.prints(command);
     assert!(
-        printed.starts_with("on uncalibrated, logs to learn from: 1, to test on: 1; a fix of 0.5 cm and 0.50 deg every 2 s"),
+        printed.starts_with("on uncalibrated, logs to learn from: 1, to test on: 1; a fix of 1.0 cm and 0.50 deg every 2 s"),
         "{printed}"
     );
     let line = printed

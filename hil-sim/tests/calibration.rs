@@ -64,8 +64,11 @@ fn an_uncalibrated_base_learns_what_it_is() {
         // Backlash and tyres are no part of the filter's model: 0.2 %.
         let error = (learned[i] - TRUTH[i]).abs();
         assert!(error < 4.0 * deviations[i] + 2e-3, "{i}: {error}");
-        // Of 0.5 % and 1.6 %: fixes of 1 cm and 0.5° for two minutes leave a quarter of a percent.
-        assert!(deviations[i] < 2.5e-3, "{i}: {deviations:?}");
+        // Of 0.5 % and 1.4 %: fixes of 1 cm and 0.5° for two minutes leave 0.2 %, and of the base's, which turns blur by 2.3° each, 0.26 %.
+        assert!(
+            deviations[i] < [2.2e-3, 2.2e-3, 2.9e-3][i],
+            "{i}: {deviations:?}"
+        );
     }
     // What makes it drift: the difference of the wheels, and the wheels over the base.
     let drift = |k: [f64; 3]| (k[0] - k[1]) / 0.2;
@@ -106,9 +109,9 @@ fn what_was_learned_is_kept_and_can_be_forgotten() {
     let (forgotten, prior) = gains(&mut bench);
     assert_eq!(forgotten, [1.0; 3]);
     // √(K_scale + (w √K_drift/2)²) and √K_rot of the parameters' defaults.
-    let different = 0.1 * 0.0125_f64.sqrt().to_radians();
+    let different = 0.1 * 0.04_f64.sqrt().to_radians();
     let wheel = (2.5e-5 + different * different).sqrt();
-    for (is, wanted) in prior.iter().zip([wheel, wheel, 2.5e-4_f64.sqrt()]) {
+    for (is, wanted) in prior.iter().zip([wheel, wheel, 2e-4_f64.sqrt()]) {
         assert!((is - wanted).abs() < 1e-6, "{is} {wanted}");
     }
     bench.send("LoadParams");
@@ -172,7 +175,7 @@ fn what_was_travelled_keeps_the_prior_that_it_was_travelled_with() {
     let before = variance(&mut bench);
     // κ L + K L² of the defaults, °².
     assert!(
-        (before / (0.0225 * 3.0 + 0.0125 * 9.0) - 1.0).abs() < 0.01,
+        (before / (0.01 * 3.0 + 0.04 * 9.0) - 1.0).abs() < 0.01,
         "{before}"
     );
     for change in [

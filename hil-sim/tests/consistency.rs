@@ -61,14 +61,17 @@ fn without_fixes_the_covariance_is_right_in_exponential_coordinates() {
 
 #[test]
 fn the_default_robot_in_a_world_of_its_own_parameters() {
-    let report = report(&Plan::default(), "");
-    let (early, late) = (at(&report, 10.0), at(&report, 60.0));
-    assert!((0.8..=1.4).contains(&early.nees.value), "{early:?}");
-    assert!(early.coverage.value > 0.92, "{early:?}");
-    // Uncalibrated, its rotation's scale is unknown by 1.6 %: after 60 s the heading is unknown by 10°, and even the exponential coordinates bend. In 4000 runs
-    // it is 1.36 and 88.5 %.
-    assert!((0.8..=1.6).contains(&late.nees.value), "{late:?}");
-    assert!(late.coverage.value > 0.85, "{late:?}");
+    // Uncalibrated, its rotation's scale is unknown by 1.4 %: at 30 s and at 60 s, when it has turned most, even the exponential coordinates bend. That takes 2 % to
+    // 4 % more of the bases out of the region; of 2000, one standard error is 0.6 %.
+    let plan = Plan {
+        runs: 2000,
+        ..Plan::default()
+    };
+    let report = report(&plan, "");
+    for moment in &report.before {
+        assert!((0.8..=1.4).contains(&moment.nees.value), "{moment:?}");
+        assert!(moment.coverage.value >= 0.90, "{moment:?}");
+    }
     // With what is random alone it does not bend.
     let calibrated = self::report(&Plan::default(), "k_drift=0 k_rot=0 k_scale=0");
     for time in [10.0, 60.0] {

@@ -175,9 +175,9 @@ fn a_straight_log_ends_on_the_axis_with_the_closed_forms_covariance() {
     // Half a count of rounding.
     assert!((last["x"] - 2.0).abs() < COUNT, "{last:?}");
     assert_eq!([last["y"], last["theta"]], [0.0, 0.0]);
-    // κ L + K L² and κ L³/3 + K L⁴/4 with the default κ of (0.15°)²/m and K of 0.0125 °²/m²; the play takes a count of it.
+    // κ L + K L² and κ L³/3 + K L⁴/4 with the default κ of (0.1°)²/m and K of (0.2°/m)²; the play takes a count of it.
     let degree = 1_f64.to_radians();
-    let (kappa, k) = (0.0225 * degree * degree, 0.0125 * degree * degree);
+    let (kappa, k) = (0.01 * degree * degree, 0.04 * degree * degree);
     let ctt = kappa * 2.0 + k * 4.0;
     assert!((last["ctt"] / ctt - 1.0).abs() < 1e-3, "{last:?}");
     let cyy = kappa * 8.0 / 3.0 + k * 16.0 / 4.0;

@@ -148,15 +148,15 @@ parameters! {
     MaxWheelSpeed "max_wheel_speed" "m/s" 0.001..30.0 = 0.75 Value;
 
     /// κ_S: variance of the distance per distance.
-    NoiseS "noise_s" "m2/m" 0.0..0.1 = 2.5e-6 Value;
+    NoiseS "noise_s" "m2/m" 0.0..0.1 = 1e-5 Value;
     /// κ_drift: variance of the heading per distance.
-    NoiseDrift "noise_drift" "deg2/m" 0.0..100.0 = 0.0225 Value;
+    NoiseDrift "noise_drift" "deg2/m" 0.0..100.0 = 0.01 Value;
     /// κ_rot: variance of the heading per rotation.
-    NoiseRot "noise_rot" "deg2/deg" 0.0..10.0 = 0.0075 Value;
+    NoiseRot "noise_rot" "deg2/deg" 0.0..10.0 = 0.015 Value;
     /// K_drift: prior variance of the wheels' imbalance, as heading per distance.
-    KDrift "k_drift" "deg2/m2" 0.0..100.0 = 0.0125 Value;
+    KDrift "k_drift" "deg2/m2" 0.0..100.0 = 0.04 Value;
     /// K_rot: prior variance of the rotation's scale.
-    KRot "k_rot" "-" 0.0..0.01 = 2.5e-4 Value;
+    KRot "k_rot" "-" 0.0..0.01 = 2e-4 Value;
     /// K_scale: prior variance of what the gains of both wheels have in common.
     KScale "k_scale" "-" 0.0..0.01 = 2.5e-5 Value;
     /// The lower triangular root of the gains' covariance, as it was learned (right, left, base); all 0: the prior.

@@ -9,7 +9,7 @@ use std::fmt::Write;
 const COUNT: f64 = PI * 0.084 / 2796.8;
 const BASE: f64 = 0.2;
 
-/// The logs that are made here have no noise but that of whole counts, and wheels that may differ by much: 1° per metre, not the default's 0.11°.
+/// The logs that are made here have no noise but that of whole counts, and wheels that may differ by much: 1° per metre, not the default's 0.2°.
 pub const QUIET: [&str; 4] = [
     "noise_s=1e-8",
     "noise_drift=1e-4",
