@@ -125,15 +125,15 @@ fn a_measured_run_tells_how_large_the_wheels_are() {
     let mut bench = Bench::new("uncalibrated", 3);
     let run = |bench: &mut Bench| {
         let start = bench.truth();
-        bench.send("m 3 0.3");
-        bench.wait_for("! move done", 20.0);
+        bench.send("m 5 0.3");
+        bench.wait_for("! move done", 30.0);
         bench.run(1.0);
         let end = bench.truth();
         (end.x - start.x).hypot(end.y - start.y)
     };
     let length = run(&mut bench);
     assert!(
-        (length - 3.0).abs() > 0.015,
+        (length - 5.0).abs() > 0.025,
         "{length}: it is not calibrated"
     );
     bench.send(&format!("Calibrate straight {length:.4}"));
@@ -146,7 +146,7 @@ fn a_measured_run_tells_how_large_the_wheels_are() {
     assert!((learned[2] - 1.0).abs() < 1e-6);
     assert!(deviations[0] < 0.003, "{deviations:?}");
     let length = run(&mut bench);
-    assert!((length - 3.0).abs() < 0.005, "{length}");
+    assert!((length - 5.0).abs() < 0.006, "{length}");
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn what_was_travelled_with_other_wheels_stays_as_uncertain_as_it_was() {
     // There and back the same wheels are wrong by the same: nothing of that is left. Of other ones nobody knows: once K_scale for each metre.
     let same = there_and_back(None);
     let others = there_and_back(Some("SetParam right_diameter 0.0841"));
-    assert!(same < 1.5e-5, "{same}");
+    assert!(same < 2.5e-5, "{same}");
     let common = f64::from(Params::default().get(Id::KScale));
     assert!(
         ((others - same) / (2.0 * common) - 1.0).abs() < 0.05,
