@@ -4,7 +4,7 @@ use crate::journey::journey;
 use crate::options::{Every, Told};
 use anyhow::{Context, Result};
 use clap::Args;
-use hil_sim::calibrate::{Fixes, Learner, Point, Verdict, verdict};
+use hil_sim::calibrate::{Fixes, Learner, Point, Verdict, set_calibration, verdict};
 use hil_sim::plot;
 use hil_sim::replay::{Errors, Log};
 use hil_sim::statistics::CHI_SQUARE_3_99;
@@ -88,18 +88,25 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
     )?;
     for log in &logs {
         let taken = learner.learn(log)?;
+        let ratio = taken
+            .distance()
+            .map_or_else(|| "-".into(), |distance| format!("{:.2}", distance / 3.0));
         writeln!(
             text,
-            "{:width$}  {:5}  {:7}  {:4.2}  {}",
+            "{:width$}  {:5}  {:7}  {ratio:>4}  {}",
             log.name,
             taken.taken,
             taken.refused,
-            taken.distance / 3.0,
             gains(&learner.calibration())
         )?;
     }
     let mut learned = params;
-    learned.learn(&learner.calibration());
+    learned.learn(&learner.learned()?);
+    write!(
+        text,
+        "\nfor a base with these parameters:\n{}",
+        set_calibration(&learned)
+    )?;
     let judge = |logs: &[Log]| -> Result<Vec<Verdict>> {
         let verdict = |log| verdict(log, &robot, &params, &learned, &fixes);
         logs.iter().map(verdict).collect()

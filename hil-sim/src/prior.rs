@@ -3,9 +3,10 @@
 use nalgebra::{Matrix3, Vector3};
 use vehicle_controller::params::{Id, Params};
 
-/// Right wheel, left wheel, wheel base: in the order of the parameters.
-const GAINS: [Id; 3] = [Id::GainRight, Id::GainLeft, Id::GainBase];
-const SPREAD: [Id; 6] = [
+/// The gains: of the right wheel, the left wheel, the wheel base.
+pub const GAINS: [Id; 3] = [Id::GainRight, Id::GainLeft, Id::GainBase];
+/// The root of their covariance, by rows.
+pub const SPREAD: [Id; 6] = [
     Id::SpreadRr,
     Id::SpreadLr,
     Id::SpreadLl,

@@ -1,10 +1,11 @@
 //! `umbmark`: the square path experiment, its closed form, and what the filter makes of the same squares.
 
 use crate::options::{bar, told};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
-use hil_sim::calibrate::{Fixes, Learner};
+use hil_sim::calibrate::{Fixes, Learner, Taken, set_gains};
 use hil_sim::plot::{self, Returns};
+use hil_sim::prior::GAINS;
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
 use hil_sim::umbmark::{ClosedForm, Directions, Squares, drive};
@@ -58,6 +59,11 @@ pub fn umbmark_command(options: &Options) -> Result<()> {
     if let Some(picture) = &options.plot {
         plot::check_name(picture)?;
     }
+    let wheel_base = robot.params.get(Id::WheelBase);
+    ensure!(
+        options.side >= f64::from(wheel_base),
+        "the sides must be at least as long as the wheel base, {wheel_base} m"
+    );
     let mut learner = Learner::new(&robot, &robot.params, &fixes)?;
     let mut base = Rig::new(&robot, options.seed)?;
     let bar = bar(2 * options.runs as u64, "squares");
@@ -66,7 +72,7 @@ pub fn umbmark_command(options: &Options) -> Result<()> {
     for log in squares.in_turn() {
         learner.learn(log)?;
     }
-    let found = Found::of(options, &robot, &squares, &learner.calibration())?;
+    let found = Found::of(options, &robot, &squares, &learner)?;
     let report = report(options, &robot, &squares, &found)?;
     write!(std::io::stdout(), "{report}").context("standard output")?;
     if options.out.is_none() && options.plot.is_none() {
@@ -91,29 +97,26 @@ struct Found {
     before: [f64; 3],
     calculated: [f64; 3],
     learned: Calibration,
+    fixes: Taken,
 }
 
 impl Found {
-    fn of(
-        options: &Options,
-        robot: &Robot,
-        squares: &Squares,
-        learned: &Calibration,
-    ) -> Result<Self> {
+    fn of(options: &Options, robot: &Robot, squares: &Squares, learner: &Learner) -> Result<Self> {
         let params = &robot.params;
         let nominal = |id| f64::from(params.get(id));
         let errors = squares.return_errors(robot, params)?;
         // What the base took for its wheel base.
         let base = nominal(Id::WheelBase) * nominal(Id::GainBase);
         let closed = ClosedForm::of(&errors, options.side, base);
-        let before = [Id::GainRight, Id::GainLeft, Id::GainBase].map(nominal);
+        let before = GAINS.map(nominal);
         let factors = closed.gains();
         Ok(Self {
             errors,
             closed,
             before,
             calculated: [0, 1, 2].map(|i| before[i] * factors[i]),
-            learned: *learned,
+            learned: learner.calibration(),
+            fixes: learner.taken(),
         })
     }
 
@@ -173,13 +176,7 @@ fn true_gains(robot: &Robot) -> [f64; 3] {
 
 fn report(options: &Options, robot: &Robot, squares: &Squares, found: &Found) -> Result<String> {
     let params = &robot.params;
-    let nominal = |id| f64::from(params.get(id));
-    let Found {
-        errors,
-        closed,
-        calculated,
-        ..
-    } = found;
+    let Found { errors, closed, .. } = found;
     let mut text = format!(
         "on {}, {} squares of {} m each way, seed {}: the filter has a fix of {:.1} cm and {:.2} deg at each end\n",
         options.robot,
@@ -204,14 +201,7 @@ fn report(options: &Options, robot: &Robot, squares: &Squares, found: &Found) ->
         closed.unequal_diameters,
         closed.wheel_base
     )?;
-    writeln!(
-        text,
-        "{:19}wheel base {:.6} m  left diameter {:.6} m  right diameter {:.6} m\n",
-        "corrected",
-        nominal(Id::WheelBase) * calculated[2],
-        nominal(Id::LeftDiameter) * calculated[1],
-        nominal(Id::RightDiameter) * calculated[0]
-    )?;
+    text.push('\n');
     writeln!(
         text,
         "{:19}k_r       k_l       k_b       k_r/k_l   k_b/k_d   E_max,syst (m)  max error (m)",
@@ -236,7 +226,36 @@ fn report(options: &Options, robot: &Robot, squares: &Squares, found: &Found) ->
         "{:19}{right:.6}  {left:.6}  {base:.6}",
         "filter's deviation"
     )?;
+    let Taken { taken, refused, .. } = found.fixes;
+    if refused > 0 {
+        writeln!(
+            text,
+            "{:19}of {} fixes, {refused} lay beyond the gate: it did not learn from them",
+            "filter's fixes",
+            taken + refused
+        )?;
+    }
+    text += &to_set(params, found.calculated);
     Ok(text)
+}
+
+/// What makes a base have these gains, whichever it has now: the wheel base and the diameters in its parameters stay as they are.
+fn to_set(params: &Params, gains: [f64; 3]) -> String {
+    let [min, max] = Calibration::RANGE;
+    let beyond: Vec<_> = GAINS
+        .into_iter()
+        .zip(gains)
+        .filter(|(_, gain)| !(min..=max).contains(&(*gain as f32)))
+        .map(|(id, gain)| format!("{} {gain:.6}", id.spec().name))
+        .collect();
+    if beyond.is_empty() {
+        let lines = set_gains(&with_gains(params, gains));
+        return format!("\nthe closed form's gains, for this base:\n{lines}");
+    }
+    format!(
+        "\nno base takes the closed form's {}, beyond {min} to {max}: measure its wheels and wheel base, set these, and drive again\n",
+        beyond.join(", ")
+    )
 }
 
 fn with_gains(params: &Params, gains: [f64; 3]) -> Params {

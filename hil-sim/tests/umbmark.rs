@@ -63,6 +63,53 @@ fn on_a_base_with_motors_and_tyres_both_ways_find_most_of_what_is_wrong() {
 }
 
 #[test]
+fn what_is_to_be_set_makes_the_squares_close_whatever_gains_are_in_force() {
+    let desk = Desk::new("");
+    for before in [
+        "",
+        " --set gain_base=1.0131",
+        " --set gain_right=1.004 --set gain_left=1.006 --set gain_base=1.03",
+    ] {
+        let command = "umbmark --robot uncalibrated --runs 1";
+        let report = desk.prints(&format!("{command}{before}"));
+        let lines = report
+            .lines()
+            .filter_map(|line| line.strip_prefix("SetParam "));
+        let set: Vec<_> = lines
+            .map(|line| format!(" --set {}", line.replace(' ', "=")))
+            .collect();
+        let set = set.concat();
+        assert_eq!(set.matches("--set gain_").count(), 3, "{report}");
+        assert_eq!(set.matches("--set").count(), 3, "{report}");
+        // On the same base, behind whatever it was told before.
+        let after = desk.prints(&format!("{command}{before}{set}"));
+        let off = |report: &str| numbers(report, "before ")[5];
+        assert!(
+            off(&after) < 0.03 && off(&after) < 0.2 * off(&report),
+            "{report}{after}"
+        );
+    }
+}
+
+#[test]
+fn gains_that_no_base_takes_are_no_lines_to_set() {
+    let desk = Desk::new("");
+    // Truly 0.2014 m.
+    let report = desk.prints("umbmark --runs 1 --side 2 --set wheel_base=0.15");
+    assert!(!report.contains("SetParam"), "{report}");
+    let told = "no base takes the closed form's gain_base 1.3";
+    assert!(
+        report.contains(told) && report.contains("beyond 0.8 to 1.25"),
+        "{report}"
+    );
+    // Nor does the filter, which says why.
+    assert!(
+        report.contains("of 2 fixes, 2 lay beyond the gate"),
+        "{report}"
+    );
+}
+
+#[test]
 fn return_errors_are_written_and_drawn() {
     let desk = Desk::new("");
     let command = "umbmark --side 1 --runs 2 --out r.csv --plot r.svg";
@@ -91,8 +138,14 @@ fn return_errors_are_written_and_drawn() {
 fn squares_that_cannot_be_driven_are_refused() {
     let desk = Desk::new("");
     for (arguments, why) in [
-        ("--side 0", "more than 0 m"),
-        ("--side nan", "more than 0 m"),
+        ("--side 0", "as long as the wheel base, 0.2 m"),
+        ("--side nan", "as long as the wheel base, 0.2 m"),
+        ("--side 0.4", "0.5 m to 1 km"),
+        ("--side 2000", "0.5 m to 1 km"),
+        (
+            "--robot robuter --side 0.6",
+            "as long as the wheel base, 0.64 m",
+        ),
         ("--runs 0", "at least one"),
         ("--robot nobody", "no robot `nobody`"),
         ("--fix-position 0", "deviations above 0"),

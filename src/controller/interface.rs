@@ -65,7 +65,7 @@ impl core::fmt::Display for Refusal {
             Self::Fault(_) => "a fault is latched",
             Self::Disabled => "the motors are disabled",
             Self::Moving => "the vehicle moves",
-            Self::Correction(_) => "the correction was refused",
+            Self::Correction(error) => return error.fmt(f),
         })
     }
 }

@@ -17,7 +17,6 @@ impl Interpreter {
         command: &Command,
         text: &mut Text,
     ) -> Result<(), Error> {
-        self.note_gains(desk);
         match *command {
             Command::Move(args) => {
                 let command = complete(self.last_move, args);
@@ -80,7 +79,7 @@ impl Interpreter {
     }
 
     /// What has been learned, whoever has taught it, is kept with the parameters. A prior that nothing was learned of stays one.
-    fn note_gains(&mut self, desk: &Desk) {
+    pub(super) fn note_gains(&mut self, desk: &Desk) {
         let known = desk.calibration();
         if *known != self.params.calibration() {
             self.params.learn(known);

@@ -356,6 +356,7 @@ impl Interpreter {
         // Judged now, not on arrival: the line before may have changed what is required.
         let check = self.wants_check(address);
         let mut text = begin(address);
+        self.note_gains(desk);
         let done = match &command {
             Err(error @ (Error::TooLong | Error::BadByte)) => Err(*error),
             command if !self.is_checked(address, letters) && !stops(command) => {
@@ -364,6 +365,7 @@ impl Interpreter {
             Err(error) => Err(*error),
             Ok(command) => self.execute(desk, command, &mut text),
         };
+        self.note_gains(desk);
         if done.is_ok() {
             self.note_letters(letters);
             desk.sign_of_life();

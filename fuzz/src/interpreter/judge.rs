@@ -110,7 +110,10 @@ impl Session<'_> {
             Ask::Calibrate(what @ (Calibrate::Reset | Calibrate::Straight)) => {
                 doubts.must.add_if(snapshot.is_moving(), Codes::MOVING);
                 // How far the last move went is not looked at here.
-                doubts.may.add_if(what == Calibrate::Straight, Codes::RANGE);
+                let straight = what == Calibrate::Straight;
+                doubts.may.add_if(straight, Codes::RANGE);
+                let gated = self.params.get(Id::Gate) > 0.0;
+                doubts.may.add_if(straight && gated, Codes::GATE);
             }
             Ask::Plain(_)
             | Ask::Help
@@ -209,6 +212,11 @@ impl Session<'_> {
                 let set = now.get(id);
                 let same = (f64::from(set) - value).abs() <= value.abs() * 1.3e-7 + 1e-40;
                 assert!(same, "{ask:?} set {set}");
+                if id.spec().kind == Kind::Geometry && set != self.params.get(id) {
+                    // What was learned was learned of another geometry.
+                    let doubted: Vec<_> = GAINS[3..].iter().map(|id| (*id, 0.0)).collect();
+                    assert_eq!(self.params.set_all(&doubted), Ok(()), "{ask:?}");
+                }
                 // All others are as they were: it is compared as a whole.
                 let kept = self.params.set(id, set);
                 assert_eq!(kept, Ok(()), "{ask:?}");

@@ -1,14 +1,16 @@
 //! Calibration: recorded counts and fixes of the pose through the whole controller, which learns its gains from them as it would on the floor.
 
+mod commands;
 mod verdict;
 
+pub use commands::{set_calibration, set_gains};
 pub use verdict::{Verdict, verdict};
 
 use crate::peripherals::Wires;
 use crate::replay::{Log, Row};
 use crate::rig::{PERIOD, Vehicle, vehicle};
 use crate::robot::Robot;
-use anyhow::{Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -90,15 +92,30 @@ impl Point {
     }
 }
 
-/// What became of a log's fixes.
+/// What became of fixes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Taken {
     /// So many were taken …
     pub taken: usize,
     /// … and so many lay beyond the gate.
     pub refused: usize,
-    /// The mean squared Mahalanobis distance of those that were taken: 3, if the estimate knows how wrong it is.
-    pub distance: f64,
+    /// The sum of the squared Mahalanobis distances of those that were taken.
+    sum: f64,
+}
+
+impl Taken {
+    /// The mean squared Mahalanobis distance of those that were taken: 3, if the estimate knows how wrong it is. None, if none was.
+    #[must_use]
+    pub fn distance(&self) -> Option<f64> {
+        (self.taken > 0).then(|| self.sum / self.taken as f64)
+    }
+}
+
+/// A fix on its way.
+struct Late {
+    /// When it was measured, s since the log's start.
+    measured: f64,
+    pose: Pose,
 }
 
 /// A base that is carried along recorded paths: its motors stand still, its encoders count what the log says.
@@ -115,6 +132,8 @@ pub struct Learner {
     elapsed: f64,
     points: Vec<Point>,
     logs: usize,
+    /// The fixes of all logs.
+    all: Taken,
 }
 
 impl Learner {
@@ -146,6 +165,7 @@ impl Learner {
             elapsed: 0.0,
             points: Vec::new(),
             logs: 0,
+            all: Taken::default(),
         })
     }
 
@@ -155,13 +175,34 @@ impl Learner {
         *self.desk.calibration()
     }
 
+    /// What became of the fixes of all logs.
+    #[must_use]
+    pub fn taken(&self) -> Taken {
+        self.all
+    }
+
+    /// What was learned.
+    ///
+    /// # Errors
+    /// If there was nothing to learn from: no fix was taken.
+    pub fn learned(&self) -> Result<Calibration> {
+        ensure!(
+            self.all.taken > 0,
+            match self.all.refused {
+                0 => "no fix was taken: the logs end before the first".to_owned(),
+                refused => format!("no fix was taken: all {refused} lay beyond the gate"),
+            }
+        );
+        Ok(self.calibration())
+    }
+
     /// What was known at each log's start and after each fix.
     #[must_use]
     pub fn points(&self) -> &[Point] {
         &self.points
     }
 
-    /// Carries the base along a log: at its start it is told where it is, later there are the fixes.
+    /// Carries the base along a log: at its start it is told where it is, later there are the fixes. It stands at the end until the last has arrived.
     ///
     /// # Errors
     /// If the truth is not known, the wheels were faster than they can be, or a fix is refused for anything but the gate.
@@ -170,10 +211,12 @@ impl Learner {
         // Whatever is still under way, such as the last log's last fix, is done by then.
         self.begin = time::after(self.controller.snapshot().time, Duration::millis(1));
         self.note(0.0, None);
-        let mut next = first.t + self.fixes.every.unwrap_or(last.t - first.t);
+        let length = last.t - first.t;
+        let mut next = self.fixes.every.unwrap_or(length);
         let mut on_the_way = VecDeque::new();
         let mut taken = Taken::default();
         for (index, row) in log.rows().iter().enumerate() {
+            let now = row.t - first.t;
             let place = || format!("{}, {} s", log.name, row.t);
             let pose = pose(row).ok_or_else(|| anyhow!("{}: the truth is not known", log.name))?;
             if index > 0 {
@@ -181,7 +224,7 @@ impl Learner {
                     wires.edges.set(wires.edges.get() + counts);
                 }
             }
-            self.tick(row.t - first.t);
+            self.tick(now);
             if let Some(fault) = self.controller.snapshot().fault {
                 bail!("{}: fault {}", place(), fault.name());
             }
@@ -191,31 +234,55 @@ impl Learner {
                     .map_err(|refusal| anyhow!("{}: {refusal}", place()))?;
                 continue;
             }
-            if row.t >= next - ROUNDING {
-                on_the_way.push_back((row.t, pose));
+            if now >= next - ROUNDING {
+                on_the_way.push_back(Late {
+                    measured: now,
+                    pose,
+                });
                 next += self.fixes.every.unwrap_or(f64::INFINITY);
             }
-            // A base hears of one thing at a time.
-            let due = on_the_way
-                .front()
-                .is_some_and(|(measured, _)| row.t >= measured + self.fixes.delay - ROUNDING);
-            if due && let Some((measured, pose)) = on_the_way.pop_front() {
-                match self.observe(pose, row.t - measured) {
-                    Ok(distance) => {
-                        let distance = f64::from(distance);
-                        taken.taken += 1;
-                        taken.distance += (distance - taken.distance) / taken.taken as f64;
-                        self.note(row.t - first.t, Some(distance));
-                    }
-                    Err(Refusal::Correction(CorrectionError::Gate(_))) => taken.refused += 1,
-                    Err(refusal) => bail!("{}: a fix was refused: {refusal}", place()),
-                }
-            }
+            self.hear(&mut on_the_way, now, &mut taken)
+                .with_context(place)?;
         }
-        self.tick(last.t - first.t + 1e-3);
-        self.elapsed += last.t - first.t;
+        let mut end = length;
+        // The base has come to rest, and time goes on until the last fix has arrived.
+        while let Some(late) = on_the_way.front() {
+            let arrival = late.measured + self.fixes.delay;
+            end = arrival.clamp(end + MOMENT, end + STEP);
+            self.tick(end);
+            self.hear(&mut on_the_way, end, &mut taken)
+                .with_context(|| format!("{}, {end:.3} s after its start", log.name))?;
+        }
+        self.tick(end + MOMENT);
+        self.elapsed += end;
         self.logs += 1;
+        self.all.taken += taken.taken;
+        self.all.refused += taken.refused;
+        self.all.sum += taken.sum;
         Ok(taken)
+    }
+
+    /// Takes the next fix, if it has arrived: a base hears of one thing at a time.
+    fn hear(&mut self, on_the_way: &mut VecDeque<Late>, now: f64, taken: &mut Taken) -> Result<()> {
+        let arrived = |late: &Late| now >= late.measured + self.fixes.delay - ROUNDING;
+        if !on_the_way.front().is_some_and(arrived) {
+            return Ok(());
+        }
+        let Some(Late { measured, pose }) = on_the_way.pop_front() else {
+            return Ok(());
+        };
+        match self.observe(pose, now - measured) {
+            Ok(distance) => {
+                let distance = f64::from(distance);
+                taken.taken += 1;
+                taken.sum += distance;
+                self.note(now, Some(distance));
+            }
+            Err(Refusal::Correction(CorrectionError::Gate(_))) => taken.refused += 1,
+            Err(Refusal::Correction(why)) => bail!("a fix was refused: {why}"),
+            Err(refusal) => bail!("a fix was refused: {refusal}"),
+        }
+        Ok(())
     }
 
     /// A cycle of the controller at so many seconds after the log's start; then the corrections go on as they do on a board that has time.
@@ -253,6 +320,10 @@ impl Learner {
 
 /// A row's time may be off by this much, s: sums of decimal fractions.
 const ROUNDING: f64 = 1e-6;
+/// After a log's end, the controller ticks this often, s: the past that it remembers is finer than its spacing.
+const STEP: f64 = 0.01;
+/// And never more often than this, s.
+const MOMENT: f64 = 1e-3;
 
 fn pose(row: &Row) -> Option<Pose> {
     row.truth.map(|[x, y, theta]| Pose { x, y, theta })
@@ -261,13 +332,13 @@ fn pose(row: &Row) -> Option<Pose> {
 /// The parameters with what is learned from some logs, one after another.
 ///
 /// # Errors
-/// As for [`Learner`].
+/// As for [`Learner`], whose fixes must not all have been refused.
 pub fn calibrate(logs: &[Log], robot: &Robot, params: &Params, fixes: &Fixes) -> Result<Params> {
     let mut learner = Learner::new(robot, params, fixes)?;
     for log in logs {
         learner.learn(log)?;
     }
     let mut learned = *params;
-    learned.learn(&learner.calibration());
+    learned.learn(&learner.learned()?);
     Ok(learned)
 }

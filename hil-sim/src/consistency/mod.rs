@@ -6,7 +6,7 @@ mod trial;
 mod world;
 
 pub use report::{Estimated, Gain, Moment, Report};
-pub use trial::{Check, Fix, Trial};
+pub use trial::{Check, Fix, Outcome, Trial};
 
 use crate::robot::Robot;
 use anyhow::{Result, ensure};

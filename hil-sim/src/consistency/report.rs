@@ -1,15 +1,17 @@
 //! What all the runs say together.
 
 use super::Plan;
-use super::trial::{Check, Trial};
+use super::trial::{Check, Outcome, Trial};
 use crate::plot::{Cloud, OverTime};
 use crate::prior::Prior;
 use crate::robot::Robot;
 use crate::statistics::{CHI_SQUARE_3_95, NORMAL_95, chi_square_band, mean};
 use anyhow::{Context, Result};
 use nalgebra::{Matrix3, Vector3};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
+use vehicle_controller::vehicle::Calibration;
 
 /// A number, and where it may lie with 95 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,19 +57,22 @@ pub struct Report {
     pub plan: Plan,
     /// Before each fix, or every second.
     pub before: Vec<Moment>,
-    /// After each fix.
+    /// After each fix, of the runs that took it.
     pub after: Vec<Moment>,
-    /// Mean over all that is before a fix, and after: NEES/3 in exponential coordinates with the band of the mean, by the runs' own spread.
-    pub mean_before: Estimated,
-    /// After.
-    pub mean_after: Estimated,
-    /// Mean d²/3 of the innovations; the band is about 1.
-    pub innovation: Estimated,
-    /// How one innovation goes along with the next; the band is about 0.
-    pub autocorrelation: Estimated,
+    /// Mean over all that is before a fix, and after: NEES/3 in exponential coordinates with the band of the mean, by the spread of the runs that have any.
+    /// None where fewer than two have.
+    pub mean_before: Option<Estimated>,
+    /// After those that were taken.
+    pub mean_after: Option<Estimated>,
+    /// Mean d²/3 of the innovations, of fixes that were refused, too; the band is about 1. None without fixes.
+    pub innovation: Option<Estimated>,
+    /// How the innovation of a fix that was taken goes along with the next one; the band is about 0. None where no run has two fixes.
+    pub autocorrelation: Option<Estimated>,
     /// Fixes beyond the gate.
     pub refused: usize,
-    /// Fixes.
+    /// Fixes that would have led to gains beyond what any vehicle can have.
+    pub unreasonable: usize,
+    /// Fixes, taken or not.
     pub fixes: usize,
     /// The gains whose prior leaves anything to know.
     pub gains: Vec<Gain>,
@@ -84,24 +89,24 @@ fn around(center: f64, half: f64) -> [f64; 2] {
 impl Report {
     pub(super) fn new(plan: &Plan, robot: &Robot, trials: Vec<Trial>) -> Self {
         let by_time = |checks: fn(&Trial) -> &Vec<Check>| -> Vec<Moment> {
-            let most = trials.iter().map(|trial| checks(trial).len()).max();
-            (0..most.unwrap_or(0))
-                .filter_map(|index| {
-                    let same = trials.iter().filter_map(|trial| checks(trial).get(index));
-                    moment(&same.copied().collect::<Vec<_>>())
-                })
-                .collect()
+            let mut moments: BTreeMap<u64, Vec<Check>> = BTreeMap::new();
+            for check in trials.iter().flat_map(checks) {
+                moments.entry(check.tick).or_default().push(*check);
+            }
+            moments.values().filter_map(|same| moment(same)).collect()
         };
         let over_all = |checks: fn(&Trial) -> &Vec<Check>| {
-            let each = trials.iter().map(|trial| {
-                let nees = checks(trial).iter().map(|check| check.nees / 3.0);
-                nees.sum::<f64>() / checks(trial).len() as f64
+            let some = trials.iter().map(checks).filter(|all| !all.is_empty());
+            let runs = some.clone().count();
+            let each = some.map(|all| {
+                let nees = all.iter().map(|check| check.nees / 3.0);
+                nees.sum::<f64>() / all.len() as f64
             });
             let (value, deviation) = mean(each);
-            Estimated {
+            (runs >= 2).then(|| Estimated {
                 value,
                 band: around(value, NORMAL_95 * deviation),
-            }
+            })
         };
         let (before, after) = (
             by_time(|trial| &trial.before),
@@ -112,7 +117,10 @@ impl Report {
             over_all(|trial| &trial.after),
         );
         let (innovation, autocorrelation) = whiteness(&trials);
-        let fixes = trials.iter().flat_map(|trial| &trial.fixes);
+        let count = |which: fn(&Outcome) -> bool| {
+            let fixes = trials.iter().flat_map(|trial| &trial.fixes);
+            fixes.filter(|fix| which(&fix.outcome)).count()
+        };
         Self {
             plan: plan.clone(),
             before,
@@ -121,8 +129,9 @@ impl Report {
             mean_after,
             innovation,
             autocorrelation,
-            refused: fixes.clone().filter(|fix| fix.distance.is_none()).count(),
-            fixes: fixes.count(),
+            refused: count(|outcome| *outcome == Outcome::Gate),
+            unreasonable: count(|outcome| *outcome == Outcome::Gains),
+            fixes: count(|_| true),
             gains: gains(&trials, &Prior::of(&robot.params)),
             covariance: trials
                 .iter()
@@ -207,31 +216,36 @@ fn moment(checks: &[Check]) -> Option<Moment> {
         cartesian: over(|check| check.cartesian) / 3.0,
         coverage: Estimated {
             value: over(inside),
-            band: around(0.95, NORMAL_95 * (0.95 * 0.05 / count).sqrt()),
+            // Of a few runs, the band would go beyond all of them.
+            band: around(0.95, NORMAL_95 * (0.95 * 0.05 / count).sqrt())
+                .map(|share| share.clamp(0.0, 1.0)),
         },
     })
 }
 
-/// Mean d²/3 and the autocorrelation of successive innovations, each with the band that it should be in.
-fn whiteness(trials: &[Trial]) -> (Estimated, Estimated) {
+/// Mean d²/3 and the autocorrelation of successive innovations, each with the band that it should be in. The innovation after a fix that was refused has
+/// the same error in it once more, and need not be white.
+fn whiteness(trials: &[Trial]) -> (Option<Estimated>, Option<Estimated>) {
     let all = || trials.iter().flat_map(|trial| &trial.fixes);
     let count = all().count() as f64;
     let squares: f64 = all().map(|fix| fix.innovation.norm_squared()).sum();
     let (mut pairs, mut products, mut of_pairs) = (0.0, 0.0, 0.0);
     for two in trials.iter().flat_map(|trial| trial.fixes.windows(2)) {
-        pairs += 1.0;
-        products += two[0].innovation.dot(&two[1].innovation);
-        of_pairs += 0.5 * (two[0].innovation.norm_squared() + two[1].innovation.norm_squared());
+        if matches!(two[0].outcome, Outcome::Taken(_)) {
+            pairs += 1.0;
+            products += two[0].innovation.dot(&two[1].innovation);
+            of_pairs += 0.5 * (two[0].innovation.norm_squared() + two[1].innovation.norm_squared());
+        }
     }
     (
-        Estimated {
+        (count > 0.0).then(|| Estimated {
             value: squares / (3.0 * count),
             band: chi_square_band(3.0 * count, NORMAL_95),
-        },
-        Estimated {
+        }),
+        (pairs > 0.0).then(|| Estimated {
             value: products / of_pairs,
             band: around(0.0, NORMAL_95 / (3.0_f64 * pairs).sqrt()),
-        },
+        }),
     )
 }
 
@@ -276,6 +290,11 @@ impl fmt::Display for Estimated {
     }
 }
 
+/// What there is, or a dash.
+fn or_dash(estimated: Option<&Estimated>) -> String {
+    estimated.map_or_else(|| format!("{:>7}", "-"), Estimated::to_string)
+}
+
 impl fmt::Display for Report {
     /// For people.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -318,12 +337,24 @@ impl fmt::Display for Report {
         }
         if self.fixes > 0 {
             writeln!(f, "  over all fixes (95 % band of the mean)")?;
-            writeln!(f, "  before     {}", self.mean_before)?;
-            writeln!(f, "  after      {}", self.mean_after)?;
+            for (name, estimated) in [("before", &self.mean_before), ("after", &self.mean_after)] {
+                writeln!(f, "  {name:11}{}", or_dash(estimated.as_ref()))?;
+            }
             writeln!(f, "  innovations (95 % band if white)")?;
-            writeln!(f, "  d2/3       {}", self.innovation)?;
-            writeln!(f, "  lag 1      {}", self.autocorrelation)?;
-            writeln!(f, "  refused    {} of {}", self.refused, self.fixes)?;
+            for (name, estimated) in [("d2/3", &self.innovation), ("lag 1", &self.autocorrelation)]
+            {
+                writeln!(f, "  {name:11}{}", or_dash(estimated.as_ref()))?;
+            }
+            write!(f, "  refused    {} of {}", self.refused, self.fixes)?;
+            if self.unreasonable > 0 {
+                let [min, max] = Calibration::RANGE;
+                write!(
+                    f,
+                    " beyond the gate, {} as a gain would be beyond {min} to {max}",
+                    self.unreasonable
+                )?;
+            }
+            writeln!(f)?;
         }
         if plan.learns {
             writeln!(

@@ -12,7 +12,7 @@ use anyhow::{Result, anyhow};
 use nalgebra::{Matrix3, Vector3};
 use std::rc::Rc;
 use vehicle_controller::controller::{
-    self, Controller, Estimate, Inputs, Interface, Observation, Refusal,
+    self, Controller, CorrectionError, Estimate, Inputs, Interface, Observation, Refusal,
 };
 use vehicle_controller::math::wrap;
 use vehicle_controller::params::Id;
@@ -22,7 +22,9 @@ use vehicle_controller::vehicle::differential;
 /// How wrong an estimate is, and how wrong it says it may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Check {
-    /// When, s.
+    /// When, in ticks: what was checked at the same one belongs together, also where some runs have nothing to check.
+    pub tick: u64,
+    /// The same, s.
     pub time: f64,
     /// [`se2::nees`].
     pub nees: f64,
@@ -35,8 +37,19 @@ pub struct Check {
 pub struct Fix {
     /// Its innovation in units of what it should be, in the base's own directions: three independent numbers of variance 1, if all is right.
     pub innovation: Vector3<f64>,
-    /// d², as the filter has it; none if it refused the fix.
-    pub distance: Option<f64>,
+    /// What became of it.
+    pub outcome: Outcome,
+}
+
+/// What the controller made of a fix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// It was taken; d², as the filter has it.
+    Taken(f64),
+    /// It lay beyond the gate.
+    Gate,
+    /// A gain would have been beyond what any vehicle can have.
+    Gains,
 }
 
 /// A run.
@@ -44,9 +57,9 @@ pub struct Fix {
 pub struct Trial {
     /// Before each fix; without fixes, every second.
     pub before: Vec<Check>,
-    /// After each fix.
+    /// After each fix that was taken.
     pub after: Vec<Check>,
-    /// The fixes.
+    /// The fixes, taken or not.
     pub fixes: Vec<Fix>,
     /// The true pose at the end as seen from the estimated one, m, m, rad.
     pub miss: Pose,
@@ -107,16 +120,18 @@ impl Post {
         self.desk.snapshot().estimator.present()
     }
 
-    /// d², or none if it lies beyond the gate. The next tick corrects.
-    fn observe(&mut self, fix: Pose, covariance: Matrix3<f64>, gate: f32) -> Result<Option<f64>> {
+    /// The next tick corrects.
+    fn observe(&mut self, fix: Pose, covariance: Matrix3<f64>, gate: f32) -> Result<Outcome> {
         let [x, y, theta] = fix;
         let observation = Observation::Pose {
             pose: controller::Pose { x, y, theta },
             covariance,
         };
-        let distance = match self.desk.observe(&observation, 0.0, gate) {
-            Ok(distance) => Some(f64::from(distance)),
-            Err(Refusal::Correction(_)) => None,
+        let outcome = match self.desk.observe(&observation, 0.0, gate) {
+            Ok(distance) => Outcome::Taken(f64::from(distance)),
+            Err(Refusal::Correction(CorrectionError::Gate(_))) => Outcome::Gate,
+            Err(Refusal::Correction(CorrectionError::Gains)) => Outcome::Gains,
+            Err(Refusal::Correction(why)) => return Err(anyhow!("a fix was refused: {why}")),
             Err(refusal) => return Err(anyhow!("a fix was refused: {refusal}")),
         };
         if let Some(request) = self.desk.take_request() {
@@ -124,7 +139,7 @@ impl Post {
                 .request(request)
                 .map_err(|_| anyhow!("the controller takes no request"))?;
         }
-        Ok(distance)
+        Ok(outcome)
     }
 }
 
@@ -159,20 +174,20 @@ pub fn run(plan: &Plan, robot: &Robot, bases: &Robot, index: u64) -> Result<Tria
         world.drive(speed, turn_speed, dt);
         post.tick(world.counts());
         if std::mem::take(&mut corrected) {
-            trial.after.push(check(tick as f64 * dt, &world, &post)?);
+            trial.after.push(check(tick, dt, &world, &post)?);
         }
         if tick.is_multiple_of(every) {
-            trial.before.push(check(tick as f64 * dt, &world, &post)?);
+            trial.before.push(check(tick, dt, &world, &post)?);
             // The last one would have no time to tell.
             if plan.fix_every.is_some() && tick < length {
                 let fix = fix(plan, world.pose(), &mut sight);
                 let (pose, r) = fix;
                 let innovation = whitened(&post.estimate(), pose, &r)?;
-                let distance = post.observe(pose, r, gate)?;
-                corrected = distance.is_some();
+                let outcome = post.observe(pose, r, gate)?;
+                corrected = matches!(outcome, Outcome::Taken(_));
                 trial.fixes.push(Fix {
                     innovation,
-                    distance,
+                    outcome,
                 });
             }
         }
@@ -186,7 +201,7 @@ pub fn run(plan: &Plan, robot: &Robot, bases: &Robot, index: u64) -> Result<Tria
     Ok(trial)
 }
 
-fn check(time: f64, world: &World, post: &Post) -> Result<Check> {
+fn check(tick: u64, dt: f64, world: &World, post: &Post) -> Result<Check> {
     let estimate = post.estimate();
     let (is, believed) = (world.pose(), pose_of(&estimate));
     let apart = Vector3::new(
@@ -195,7 +210,8 @@ fn check(time: f64, world: &World, post: &Post) -> Result<Check> {
         wrap(is[2] - believed[2]),
     );
     Ok(Check {
-        time,
+        tick,
+        time: tick as f64 * dt,
         nees: se2::nees(&estimate, is).ok_or_else(exact)?,
         cartesian: white(&apart, &estimate.covariance)?.norm_squared(),
     })

@@ -21,14 +21,17 @@ const REST_TICKS: u32 = 500;
 /// No motion takes longer, ticks.
 const PATIENCE_TICKS: u32 = 600_000;
 
+/// The shortest side, m: on a shorter one, what bends it is lost in how the base starts and stops.
+const SHORTEST: f64 = 0.5;
+
 /// Drives `runs` squares with sides of `side` m to the right, and as many to the left. `driven` is called after each.
 ///
 /// # Errors
-/// If the base refuses, or does not get there.
+/// If the base refuses, or does not get there; if sides are shorter than half a metre or longer than a kilometre.
 pub fn drive(base: &mut dyn Base, side: f64, runs: usize, driven: &dyn Fn()) -> Result<Squares> {
     ensure!(
-        side > 0.0 && side <= 1e3,
-        "a square has sides of more than 0 m, up to 1 km"
+        (SHORTEST..=1e3).contains(&side),
+        "a square has sides of {SHORTEST} m to 1 km"
     );
     ensure!(runs > 0, "at least one square each way");
     let mut square = |name: &str, turn: f64| -> Result<Vec<Log>> {
