@@ -123,10 +123,11 @@ fn a_run_is_believed_where_the_common_gain_was_said_to_be_known() {
 fn a_run_that_cannot_be_is_refused() {
     let mut base = after_two_metres();
     let before = format!("{:?}", base.desk);
+    // What the prior and a tape say of two metres: 1.5 cm, of which 25 cm are 17.
+    let variance = 4.0 * Params::default().get(Id::KScale) + 0.25e-4;
     for (length, gate, error) in [
         (4.0, 0.0, CorrectionError::Gains),
-        // 25 cm are nearly 25 deviations of what the prior and a tape say, 1.1 cm.
-        (2.25, GATE, CorrectionError::Gate(500.0)),
+        (2.25, GATE, CorrectionError::Gate(0.0625 / variance)),
     ] {
         match (base.desk.calibrate_straight(length, gate), error) {
             (Err(Refusal::Correction(CorrectionError::Gate(d2))), CorrectionError::Gate(about)) => {

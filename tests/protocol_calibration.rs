@@ -10,7 +10,7 @@ fn the_gains_and_their_deviations_are_told() {
     // √(K_scale + (w √K_drift/2)²) twice, and √K_rot.
     assert_eq!(
         rig.ask("GetGains"),
-        "Gains 1.000000 1.000000 1.000000 0.005012 0.005012 0.014142"
+        "Gains 1.000000 1.000000 1.000000 0.007080 0.007080 0.014142"
     );
     rig.ok("SetParam k_drift 0");
     rig.ok("SetParam k_scale 0");
@@ -90,7 +90,7 @@ fn gains_that_were_learned_of_another_geometry_are_doubted() {
     rig.ok("SetParam left_diameter 0.083");
     assert_eq!(
         rig.ask("GetGains"),
-        "Gains 1.002000 1.000000 1.010000 0.005012 0.005012 0.014142"
+        "Gains 1.002000 1.000000 1.010000 0.007080 0.007080 0.014142"
     );
     assert_eq!(rig.ask("GetParam spread_bb"), "Param spread_bb 0 -");
 }
@@ -102,6 +102,6 @@ fn a_prior_that_nothing_was_learned_of_goes_along_with_its_parameters() {
     rig.ok("SetParam k_rot 0");
     assert_eq!(
         rig.ask("GetGains"),
-        "Gains 1.000000 1.000000 1.000000 0.005012 0.005012 0.000000"
+        "Gains 1.000000 1.000000 1.000000 0.007080 0.007080 0.000000"
     );
 }

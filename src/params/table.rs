@@ -148,7 +148,7 @@ parameters! {
     MaxWheelSpeed "max_wheel_speed" "m/s" 0.001..30.0 = 0.75 Value;
 
     /// κ_S: variance of the distance per distance.
-    NoiseS "noise_s" "m2/m" 0.0..0.1 = 1e-5 Value;
+    NoiseS "noise_s" "m2/m" 0.0..0.1 = 5e-6 Value;
     /// κ_drift: variance of the heading per distance.
     NoiseDrift "noise_drift" "deg2/m" 0.0..100.0 = 0.01 Value;
     /// κ_rot: variance of the heading per rotation.
@@ -158,7 +158,7 @@ parameters! {
     /// K_rot: prior variance of the rotation's scale.
     KRot "k_rot" "-" 0.0..0.01 = 2e-4 Value;
     /// K_scale: prior variance of what the gains of both wheels have in common.
-    KScale "k_scale" "-" 0.0..0.01 = 2.5e-5 Value;
+    KScale "k_scale" "-" 0.0..0.01 = 5e-5 Value;
     /// The lower triangular root of the gains' covariance, as it was learned (right, left, base); all 0: the prior.
     SpreadRr "spread_rr" "-" -1.0..1.0 = 0.0 Value;
     /// The next element, by rows.
