@@ -73,9 +73,9 @@ fn the_default_robot_in_a_world_of_its_own_parameters() {
         // At the worst moment, at 28 s, it is 90 % to 92 % with one seed or another.
         assert!(moment.coverage.value > 0.88, "{moment:?}");
     }
-    for time in [10.0, 60.0] {
+    for (time, least) in [(10.0, 0.92), (60.0, 0.90)] {
         let moment = at(&report, time);
-        assert!(moment.coverage.value >= 0.90, "{moment:?}");
+        assert!(moment.coverage.value >= least, "{moment:?}");
     }
     // With what is random alone it does not bend.
     let calibrated = self::report(&Plan::default(), "k_drift=0 k_rot=0 k_scale=0");
