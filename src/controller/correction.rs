@@ -81,6 +81,10 @@ pub struct Update {
     spread: Matrix3<f64>,
     /// Gains that are only considered correct no pose: then what has come through them is in the shift.
     learned: bool,
+    /// Γ P Γᵀ before, where that is so; otherwise 0.
+    shared: Matrix3<f64>,
+    /// By how much the covariance has changed: the pose's own, and what was shared.
+    change: Matrix3<f64>,
 }
 
 impl Update {
@@ -97,6 +101,8 @@ impl Update {
             gains: Vector3::zeros(),
             spread: spread.covariance(),
             learned: false,
+            shared: Matrix3::zeros(),
+            change: Matrix3::zeros(),
         }
     }
 
@@ -118,7 +124,20 @@ impl Update {
         let left = self.through(&self.leverage_after());
         self.after = positive_part(&sum(&after, -1.0, &left));
         self.shift = applied(gain, shift);
+        self.note_change();
         self.check()
+    }
+
+    /// What every past state will need of it.
+    #[inline(never)]
+    fn note_change(&mut self) {
+        self.change = sum(&self.after, -1.0, &self.before);
+        if !self.learned {
+            self.shared = self.through(&self.leverage);
+            let shared_after = self.through(&self.leverage_after());
+            self.change = sum(&self.change, 1.0, &shared_after);
+            self.change = sum(&self.change, -1.0, &self.shared);
+        }
     }
 
     fn leverage_after(&self) -> Matrix3<f64> {
@@ -327,6 +346,7 @@ impl<'a> Filter<'a> {
         let through_gains = applied(&update.leverage, &update.gains);
         update.shift = along(&update.shift, -1.0, &through_gains);
         update.absorbed = sum(&update.leverage, -1.0, &self.leverage);
+        update.note_change();
         update.check()?;
         Ok(distance)
     }
@@ -416,10 +436,9 @@ impl Update {
     fn smoother(&self, past: &Belief, dx: f64, dy: f64) -> Matrix3<f64> {
         let arrived = transported(&past.own, dx, dy);
         let noise = positive_part(&sum(&self.before, -1.0, &arrived));
-        let mut c = sum(&arrived, 1.0, &noise);
+        let c = sum(&sum(&arrived, 1.0, &noise), 1.0, &self.shared);
         let mut x = product_transposed(&past.own, &transport(dx, dy));
         if !self.learned {
-            c = sum(&c, 1.0, &self.through(&self.leverage));
             x = sum(&x, 1.0, &self.between(&past.leverage, &self.leverage));
         }
         match invert(&c) {
@@ -431,15 +450,12 @@ impl Update {
     /// `leverage` is what the past had.
     #[inline(never)]
     fn spread_earlier(&self, past: &mut Belief, leverage: &Matrix3<f64>, gain: &Matrix3<f64>) {
-        let mut change = sum(&self.after, -1.0, &self.before);
         let mut own = past.own;
         if !self.learned {
-            change = sum(&change, 1.0, &self.through(&self.leverage_after()));
-            change = sum(&change, -1.0, &self.through(&self.leverage));
             own = sum(&own, 1.0, &self.through(leverage));
             own = sum(&own, -1.0, &self.through(&past.leverage));
         }
-        past.own = positive_part(&along_with(&own, 1.0, gain, &change));
+        past.own = positive_part(&along_with(&own, 1.0, gain, &self.change));
     }
 
     /// `gain` is by how much another pose goes along with the one that was corrected.

@@ -1,6 +1,6 @@
 //! A ring of past poses with their covariances, for observations that arrive late.
 //!
-//! A correction changes all of them, which takes a small processor some 20 ms. It is done entry by entry, whenever there is time; until then no other
+//! A correction changes all of them, which takes a small processor some 30 ms. It is done entry by entry, whenever there is time; until then no other
 //! correction can be made.
 
 use super::belief::Belief;
