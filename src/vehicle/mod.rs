@@ -7,13 +7,17 @@ pub mod differential;
 mod encoder;
 pub mod gains;
 mod observer;
+mod position_increment;
 pub mod servo;
+mod wheel_speed;
 
 pub use differential::DifferentialDrive;
 pub use encoder::{Counter, Encoder};
 pub use gains::{Calibration, GAINS, Influence, Spread};
 pub use observer::{Gains, Observer};
+pub use position_increment::{IncrementOutput, PositionIncrement};
 pub use servo::{NoPin, Servo};
+pub use wheel_speed::{SpeedOutput, WheelSpeed};
 
 /// A translation and a rotation of the virtual vehicle: an increment, a speed, an acceleration, or a resolution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -55,7 +59,7 @@ pub struct Wheel {
     pub count: i64,
     /// Speed of the circumference, m/s.
     pub speed: f32,
-    /// Motor output as a fraction of the supply, −1 to 1.
+    /// Motor output as a fraction of the supply, −1 to 1; 0 where only a motor controller knows it.
     pub duty: f32,
 }
 
@@ -152,12 +156,12 @@ pub struct WheelCommand {
     pub measured: f32,
 }
 
-/// One wheel's motor: a PWM bridge behind a [`Servo`], or a motor controller that takes speeds or positions itself.
+/// One wheel's motor: a PWM bridge behind a [`Servo`], or a motor controller that takes speeds ([`WheelSpeed`]) or positions ([`PositionIncrement`]).
 pub trait Drive {
     /// Takes new servo parameters over; what it has learned stays.
     fn configure(&mut self, config: &servo::Config);
 
-    /// Acts on a command until the next one; `supply` in volts, `dt` in seconds. Returns the duty, −1 to 1.
+    /// Acts on a command until the next one; `supply` in volts, `dt` in seconds. Returns the duty, −1 to 1; 0 if it is not known.
     ///
     /// # Errors
     /// [`OutputError`] if the output refused.
