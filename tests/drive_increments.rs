@@ -265,6 +265,26 @@ fn a_metre_and_a_quarter_turn_are_their_increments() {
 }
 
 #[test]
+fn ticks_that_come_twice_or_not_at_all_cost_no_increments_in_the_end() {
+    let mut base = base(&[]);
+    base.go(1.0);
+    let mut events = Vec::new();
+    for k in 0..5_000 {
+        match k % 50 {
+            10 | 20 => base.delay(-1),
+            40 => base.delay(2),
+            _ => {}
+        }
+        events.extend(base.tick());
+        assert_all_sent(&base);
+        // A double tick sends its increment twice, which the axis takes back before the end.
+        assert!(base.motors.iter().all(|motor| motor.units.get() <= 10_001));
+    }
+    assert_eq!(done(&events), [1, 0]);
+    assert_stands(&base, 1.0, 0.0);
+}
+
+#[test]
 fn a_reversed_motor_is_fed_backward() {
     let mut base = base(&[(Id::RightMotorReversed, 1.0)]);
     base.go(0.05);

@@ -202,6 +202,11 @@ impl<D: Drive> Base<D> {
         events
     }
 
+    /// The next tick comes so many periods later than it should; −1: at once.
+    pub fn delay(&mut self, periods: i64) {
+        self.ticks = self.ticks.saturating_add_signed(periods);
+    }
+
     /// Asks for something.
     pub fn request(&mut self, action: impl Into<Request<Config>>) {
         self.controller.request(action).unwrap();
