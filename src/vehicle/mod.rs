@@ -10,6 +10,7 @@ pub mod gains;
 mod jacobian;
 mod observer;
 pub mod servo;
+pub mod tricycle;
 
 pub use axle::{Axle, Relation, STEEPEST, Scaling};
 pub use differential::DifferentialDrive;
