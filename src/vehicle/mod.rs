@@ -4,6 +4,7 @@
 //! commanded (v_s, v_α) into wheel speeds; a [`Drive`] turns a wheel's speed into whatever its motor wants.
 
 mod axle;
+pub mod bisteerable;
 pub mod differential;
 mod encoder;
 pub mod gains;
