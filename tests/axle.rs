@@ -349,12 +349,15 @@ fn no_number_is_no_motion() {
 
 #[test]
 fn wheels_that_no_motion_has_are_clamped() {
-    // Steered, the inner wheel cannot stand still while the outer one rolls: S_r*² would be −c/2 of S_l².
+    // Steered, the inner wheel cannot roll so little while the outer one rolls: S_r*² would be 0.01 − 0.069.
     let (alpha, track) = (0.5_f64, 1.2_f64);
     let axle = Axle::new(track as f32, Relation::Exact);
-    let is = pair(axle.twist([1.0, 0.0], alpha as f32));
-    let starred = (1.0 + 0.5 * (1.0 / alpha.cos() - 1.0)).sqrt();
-    // Three roundings of f32.
-    assert!((is[0] - 0.5 * starred).abs() < 2e-7, "{is:?}");
-    assert!((is[1] + starred / track).abs() < 2e-7, "{is:?}");
+    for inner in [0.1_f32, -0.1, 0.0] {
+        let is = pair(axle.twist([1.0, inner], alpha as f32));
+        let square = f64::from(inner).powi(2);
+        let starred = (1.0 + 0.5 * (1.0 - square) * (1.0 / alpha.cos() - 1.0)).sqrt();
+        // Three roundings of f32.
+        assert!((is[0] - 0.5 * starred).abs() < 2e-7, "{is:?}");
+        assert!((is[1] + starred / track).abs() < 2e-7, "{is:?}");
+    }
 }
