@@ -3,17 +3,23 @@
 //! The controller above knows a vehicle that translates and rotates, and nothing of wheels. A geometry turns encoder counts into (ΔS, Δα) and a
 //! commanded (v_s, v_α) into wheel speeds; a [`Drive`] turns a wheel's speed into whatever its motor wants.
 
+mod axle;
+pub mod bisteerable;
 pub mod differential;
 mod encoder;
 pub mod gains;
+mod jacobian;
 mod observer;
 mod position_increment;
 pub mod servo;
+pub mod tricycle;
 mod wheel_speed;
 
+pub use axle::{Axle, Relation, STEEPEST, Scaling};
 pub use differential::DifferentialDrive;
 pub use encoder::{Counter, Encoder};
 pub use gains::{Calibration, GAINS, Influence, Spread};
+pub use jacobian::Jacobian;
 pub use observer::{Gains, Observer};
 pub use position_increment::{IncrementOutput, PositionIncrement};
 pub use servo::{NoPin, Servo};
@@ -35,6 +41,15 @@ impl Twist {
         translation: 0.0,
         rotation: 0.0,
     };
+
+    /// Itself, or no motion if a part of it is not a finite number.
+    pub(crate) fn or_none(self) -> Self {
+        if self.translation.is_finite() && self.rotation.is_finite() {
+            self
+        } else {
+            Self::ZERO
+        }
+    }
 }
 
 /// What the vehicle did since it was last asked.
