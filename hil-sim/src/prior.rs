@@ -1,19 +1,7 @@
 //! What a base's parameters say of its gains, to draw bases from (theory section 6). Written from the equations: the controller's own is not asked.
 
 use nalgebra::{Matrix3, Vector3};
-use vehicle_controller::params::{Id, Params};
-
-/// The gains: of the right wheel, the left wheel, the wheel base.
-pub const GAINS: [Id; 3] = [Id::GainRight, Id::GainLeft, Id::GainBase];
-/// The root of their covariance, by rows.
-pub const SPREAD: [Id; 6] = [
-    Id::SpreadRr,
-    Id::SpreadLr,
-    Id::SpreadLl,
-    Id::SpreadBr,
-    Id::SpreadBl,
-    Id::SpreadBb,
-];
+use vehicle_controller::params::{GAINS, Id, Params, SPREAD};
 
 /// What is known of k_r, k_l and k_b.
 #[derive(Clone, Copy, Debug, PartialEq)]

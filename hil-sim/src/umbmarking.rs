@@ -5,14 +5,13 @@ use anyhow::{Context, Result, ensure};
 use clap::Args;
 use hil_sim::calibrate::{Fixes, Learner, Taken, set_gains};
 use hil_sim::plot::{self, Returns};
-use hil_sim::prior::GAINS;
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
 use hil_sim::umbmark::{ClosedForm, Directions, Squares, drive};
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use vehicle_controller::params::{Id, Params};
+use vehicle_controller::params::{GAINS, Id, Params};
 use vehicle_controller::vehicle::{Calibration, Spread};
 
 /// Which squares, on what.

@@ -20,6 +20,7 @@ mod interface;
 mod messages;
 pub mod profile;
 mod reckoning;
+mod refusal;
 mod sensing;
 mod snapshot;
 mod stopping;
@@ -29,8 +30,9 @@ pub use belief::Belief;
 pub use correction::CorrectionError;
 pub use estimator::{Estimate, Estimator, Noise, Pose};
 pub use history::MAX_AGE;
-pub use interface::{Interface, Limits, Observation, Refusal};
+pub use interface::{Interface, Limits, Observation};
 pub use messages::{Action, Config, Event, Events, NoRoom, REQUESTS, Request, StopReason};
+pub use refusal::Refusal;
 pub use sensing::{Inputs, Sensing};
 pub use snapshot::{AxisSnapshot, Snapshot};
 

@@ -56,10 +56,10 @@ impl Default for Params {
     }
 }
 
-/// The gains, in the order of [`Calibration`].
-const GAINS: [Id; vehicle::GAINS] = [Id::GainRight, Id::GainLeft, Id::GainBase];
-/// The root of their covariance, in the order of [`Spread`].
-const SPREAD: [Id; 6] = [
+/// The gains, in the order of [`Calibration`]: of the right wheel, the left wheel, the wheel base.
+pub const GAINS: [Id; vehicle::GAINS] = [Id::GainRight, Id::GainLeft, Id::GainBase];
+/// The root of their covariance, in the order of [`Spread`]: by rows.
+pub const SPREAD: [Id; 6] = [
     Id::SpreadRr,
     Id::SpreadLr,
     Id::SpreadLl,

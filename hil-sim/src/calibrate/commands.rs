@@ -1,7 +1,6 @@
 //! What was learned, as lines for the serial port of a base that is to know it.
 
-use crate::prior::{GAINS, SPREAD};
-use vehicle_controller::params::{Id, Params};
+use vehicle_controller::params::{GAINS, Id, Params, SPREAD};
 
 /// `SetParam` lines of the gains: they replace whatever gains are in force. The base must stand.
 #[must_use]
