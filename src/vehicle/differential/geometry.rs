@@ -101,7 +101,7 @@ impl Geometry {
     }
 
     /// How far the circumferences have moved, m.
-    pub(super) fn rolled(&self, [left, right]: [i32; 2]) -> [f32; 2] {
+    pub(in crate::vehicle) fn rolled(&self, [left, right]: [i32; 2]) -> [f32; 2] {
         [
             left as f32 * self.per_count[0],
             right as f32 * self.per_count[1],
@@ -127,11 +127,15 @@ impl Geometry {
 
 /// What rounding has taken from ΔS and Δα, carried to the next cycle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Carry(Twist);
+pub(in crate::vehicle) struct Carry(Twist);
 
 impl Carry {
     /// ΔS and Δα for counts of the two wheels. However many there are, they sum up to K_left Σn_left and K_right Σn_right.
-    pub(super) fn advance(&mut self, geometry: &Geometry, [left, right]: [i32; 2]) -> Twist {
+    pub(in crate::vehicle) fn advance(
+        &mut self,
+        geometry: &Geometry,
+        [left, right]: [i32; 2],
+    ) -> Twist {
         Twist {
             translation: combine(
                 &geometry.translation,
