@@ -3,7 +3,7 @@
 use super::keyword::{ALL, Subject, TOPICS};
 use super::text::Text;
 use crate::controller::{Estimate, Event, Snapshot};
-use crate::params::{DEGREES, Fallback, Id, Params};
+use crate::params::{DEGREES, Fallback, GAINS, Id, Params};
 use crate::vehicle::Calibration;
 
 /// Writes a heading in degrees, wrapped to (−180, 180] after rounding to 5 decimals.
@@ -35,10 +35,11 @@ pub fn est_pos(text: &mut Text, estimate: &Estimate) {
 /// `Gains k_r k_l k_b` and their standard deviations.
 pub fn gains(text: &mut Text, calibration: &Calibration) {
     text.str("Gains");
-    for gain in calibration.gains {
+    for gain in calibration.gains.into_iter().take(GAINS.len()) {
         text.fixed(f64::from(gain), 6);
     }
-    for deviation in calibration.spread.deviations() {
+    let deviations = calibration.spread.deviations();
+    for deviation in deviations.into_iter().take(GAINS.len()) {
         text.fixed(f64::from(deviation), 6);
     }
 }

@@ -14,6 +14,7 @@ use crate::controller::{AxisConfig, Config, Limits, Noise, Sensing};
 use crate::math::sqrt;
 use crate::supervisor::{self, MotorModel};
 use crate::time::Duration;
+use crate::vehicle::gains::{ROOT, of_each};
 use crate::vehicle::{self, Calibration, Spread, differential, servo};
 use core::f32::consts::PI;
 
@@ -57,7 +58,7 @@ impl Default for Params {
 }
 
 /// The gains, in the order of [`Calibration`]: of the right wheel, the left wheel, the wheel base.
-pub const GAINS: [Id; vehicle::GAINS] = [Id::GainRight, Id::GainLeft, Id::GainBase];
+pub const GAINS: [Id; 3] = [Id::GainRight, Id::GainLeft, Id::GainBase];
 /// The root of their covariance, in the order of [`Spread`]: by rows.
 pub const SPREAD: [Id; 6] = [
     Id::SpreadRr,
@@ -196,12 +197,17 @@ impl Params {
         let spread = if root == [0.0; 6] {
             self.prior()
         } else {
-            Spread { root }
+            spread_of(root)
         };
         Calibration {
-            gains: GAINS.map(|id| self.get(id)),
+            gains: self.gains(),
             spread,
         }
+    }
+
+    /// A differential drive has no offset.
+    fn gains(&self) -> [f32; vehicle::GAINS] {
+        of_each(GAINS.map(|id| self.get(id)), 0.0)
     }
 
     /// K_drift makes the wheels differ, K_scale is common to both, K_rot is the base's: Var k_r = Var k_l = σ_d² + σ_δ², Cov = σ_d² − σ_δ²,
@@ -211,17 +217,15 @@ impl Params {
         let (different, common) = (different * different, self.get(Id::KScale));
         let wheel = sqrt(common + different);
         let over = |a: f32| if wheel > 0.0 { a / wheel } else { 0.0 };
-        Spread {
-            root: [
-                wheel,
-                over(common - different),
-                // The variance that is left: (a + b) − (a − b)²/(a + b) = 4ab/(a + b).
-                over(2.0 * sqrt(common * different)),
-                0.0,
-                0.0,
-                sqrt(self.get(Id::KRot)),
-            ],
-        }
+        spread_of([
+            wheel,
+            over(common - different),
+            // The variance that is left: (a + b) − (a − b)²/(a + b) = 4ab/(a + b).
+            over(2.0 * sqrt(common * different)),
+            0.0,
+            0.0,
+            sqrt(self.get(Id::KRot)),
+        ])
     }
 
     /// Takes over what has been learned of the gains.
@@ -295,7 +299,7 @@ impl Params {
                 f64::from(self.get(Id::WheelBase)),
                 per_count(Id::LeftDiameter),
                 per_count(Id::RightDiameter),
-                GAINS.map(|id| self.get(id)),
+                self.gains(),
             ),
             max_wheel_speed: self.get(Id::MaxWheelSpeed),
             observer_bandwidth: 2.0 * PI * self.get(Id::ObserverBandwidth),
@@ -309,6 +313,15 @@ impl Params {
             ],
         }
     }
+}
+
+/// With the first three gains' root; the offset is known.
+fn spread_of(first: [f32; 6]) -> Spread {
+    let mut root = [0.0; ROOT];
+    for (element, first) in root.iter_mut().zip(first) {
+        *element = first;
+    }
+    Spread { root }
 }
 
 /// Degrees in a radian: the protocol's unit of angles, which ends here and in the interpreter.
