@@ -30,7 +30,7 @@ mod app {
     use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
     use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
     use vehicle_controller::params::store::Store;
-    use vehicle_controller::params::{Id, Params};
+    use vehicle_controller::params::{Blueprint, Params};
     use vehicle_controller::supervisor::{Fault, Heartbeat, Place};
     use vehicle_controller::time::{Duration, Instant};
     use vehicle_controller::vehicle::{DifferentialDrive, differential};
@@ -95,7 +95,7 @@ mod app {
     ])]
     fn init(ctx: init::Context) -> (Shared, Local) {
         let defaults = Params::default();
-        let built_in = defaults.vehicle();
+        let built_in = Config::build(&defaults);
         let mut board = match Board::start(ctx.core, ctx.device, WATCHDOG, &built_in) {
             Ok(board) => board,
             Err(message) => fail(message),
@@ -270,7 +270,7 @@ mod app {
 
     impl Logged {
         fn tell_changes(&mut self, params: &Params) {
-            for id in Id::ALL {
+            for id in params.ids() {
                 if params.get(id) != self.params.get(id) {
                     defmt::info!("parameter {=str} = {=f32}", id.spec().name, params.get(id));
                 }

@@ -146,7 +146,7 @@ pub(super) fn prior(params: &Params) -> Spread {
 /// κ_steer, rad² m.
 pub(super) fn steering_noise(params: &Params) -> f32 {
     match params.vehicle() {
-        Kind::Differential | Kind::Synchro => 0.0,
+        Kind::Differential | Kind::Synchro => differential::steering_noise(params),
         Kind::Tricycle | Kind::BiSteerable => radians(radians(params.get(Id::NoiseSteer))),
     }
 }
@@ -154,7 +154,7 @@ pub(super) fn steering_noise(params: &Params) -> f32 {
 /// A car does not; a tricycle does whose wheel turns so far that it rolls around the rear axle.
 pub(super) fn turns_in_place(params: &Params) -> bool {
     match params.vehicle() {
-        Kind::Differential | Kind::Synchro => true,
+        Kind::Differential | Kind::Synchro => differential::turns_in_place(params),
         Kind::Tricycle => radians(params.get(Id::SteerMax)) >= tricycle::ASIDE,
         Kind::BiSteerable => false,
     }

@@ -235,7 +235,7 @@ impl<F: Flash> Store<F> {
                 if !slot.holds(flash, sequence.wrapping_add(1), params)? {
                     return Err(StoreError::Flash);
                 }
-                slot.write_crc(flash)?;
+                slot.write_crc(flash, params)?;
                 Job::Commit(slot)
             }
             Job::Commit(slot) => {

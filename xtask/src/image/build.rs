@@ -10,9 +10,8 @@ use super::elf::Image;
 use super::toolchain::{TARGET, Toolchain};
 use crate::run::{Outcome, Session};
 
-/// What one says to cargo to get the firmware.
-pub const PACKAGE: &str =
-    "--package vehicle-controller --bin vehicle-controller --features nucleo-f429zi";
+/// What one says to cargo to get the firmware: of the differential drive, and of no other vehicle.
+pub const PACKAGE: &str = "--package vehicle-controller --bin vehicle-controller --no-default-features --features nucleo-f429zi";
 const NAME: &str = "vehicle-controller";
 
 /// Where the processor finds its vector table after a reset.
