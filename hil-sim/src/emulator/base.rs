@@ -199,7 +199,11 @@ impl ImageBase {
             Push::default()
         };
         let command = self.faults.bridges(self.bridges.map(told));
-        let input = Input { command, push };
+        let input = Input {
+            command,
+            push,
+            steering: None,
+        };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
             self.plant.step(dt, &input);
