@@ -257,7 +257,7 @@ impl Rig {
         let input = Input {
             command,
             push,
-            steering: None,
+            steering: self.harness.steering.pulse(),
         };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
