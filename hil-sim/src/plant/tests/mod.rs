@@ -5,6 +5,7 @@ mod floor;
 mod robust;
 mod steered;
 mod synchro;
+mod traction;
 
 use super::{Command, Input, Physics, Plant, Push, robots};
 

@@ -127,21 +127,63 @@ fn the_drive_is_as_heavy_as_all_of_it() {
     (physics.motor.coulomb, physics.motor.stiction) = (0.0, 0.0);
     physics.wheels.rolling_resistance = 0.0;
     physics.motor.backlash = 0.0;
+    physics.wheels.inertia = 1e-3;
     let mut plant = Plant::new(&physics, 1);
     // J = J_m + 3·J_w + m·R², β = b + K²/R at half of 12.4 V less the dead band.
-    let inertia = 2.9e-3 + 1.5e-4 + 3.0 * 0.0325 * 0.0325;
+    let inertia = 2.9e-3 + 3e-3 + 3.0 * 0.0325 * 0.0325;
     let damping = 0.00358 + 0.545 * 0.545 / 2.2;
     let voltage = 12.4 * 0.2 / 0.99;
     let last = 0.545 * voltage / 2.2 / damping * 0.0325;
     for n in 1..400 {
         plant.step(DT, &duty(0.21, 0.0));
         let closed = last * (1.0 - (-f64::from(n) * DT * damping / inertia).exp());
-        // Late by dt/2 of τ = 45 ms, 0.3 %. Gear and tyres pass the torque on through a spring and
-        // a creep, half a period of √(J/k) = 1.3 ms later: 1.4 % at the start.
+        // Late by dt/2 of τ = 65 ms, 0.2 %. Gear and tyres pass the torque on through a spring and
+        // a creep, a quarter of a period, ½·π·√(J/k) = 2 ms, later: below 2 % at the start.
         assert!(
             (plant.speed().0 - closed).abs() < 0.02 * last,
             "{n}: {} {closed}",
             plant.speed().0
         );
     }
+}
+
+#[test]
+fn the_steering_turns_as_its_motor_behind_its_gear() {
+    let mut physics = even();
+    (physics.motor.backlash, physics.battery.resistance) = (0.0, 0.0);
+    physics.motor.stiction = physics.motor.coulomb;
+    let mut plant = Plant::new(&physics, 1);
+    // At the heading: K, T_c three times, b, J_m nine times those of the motor.
+    let damping = 9.0 * (0.00358 + 0.545 * 0.545 / 2.2);
+    let inertia = 9.0 * 2.9e-3 + 1e-3;
+    let torque = 3.0 * (0.545 * 12.4 * 0.3 / 0.99 / 2.2 - 0.07) - 0.05;
+    for n in 1..800 {
+        plant.step(DT, &duty(0.0, 0.31));
+        let (_, rate) = plant.speed();
+        let closed = torque / damping * (1.0 - (-f64::from(n) * DT * damping / inertia).exp());
+        // Late by dt/2 of τ = 22 ms, 0.6 %, and by the gear's spring, √(J_s/(9·k)) = 0.3 ms; the
+        // friction of the wheels fades below 0.02 rad/s, of 1.8 rad/s.
+        assert!(
+            (rate - closed).abs() < 0.02 * torque / damping,
+            "{n}: {rate} {closed}"
+        );
+    }
+    let (_, rate) = plant.speed();
+    assert!((rate / (torque / damping) - 1.0).abs() < 1e-3, "{rate}");
+    // Its second rim's speed is at the lever.
+    assert!((plant.wheel_speed()[1] - 0.1 * rate).abs() < 1e-12);
+}
+
+#[test]
+fn the_rate_of_the_heading_has_the_body_s_in_it() {
+    let mut physics = even();
+    physics.wheels.diameter_left *= 1.01;
+    let mut plant = Plant::new(&physics, 1);
+    plant.run(1.0, &duty(0.3, 0.1));
+    let before = plant.pose()[2];
+    plant.step(DT, &duty(0.3, 0.1));
+    let rate = (plant.pose()[2] - before) / DT;
+    assert!(plant.body.velocity.yaw.abs() > 1e-3);
+    // Rounding of the difference.
+    assert!((plant.speed().1 - rate).abs() < 1e-9, "{rate}");
 }
