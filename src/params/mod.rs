@@ -176,6 +176,8 @@ impl Params {
                 drift: radians(radians(self.get(Id::NoiseDrift))),
                 // °²/° is °, and rad²/rad is rad.
                 rotation: radians(self.get(Id::NoiseRot)),
+                // A differential drive does not steer.
+                ..Noise::default()
             },
             calibration: self.calibration(),
             anew: false,
