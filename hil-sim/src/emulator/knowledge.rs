@@ -177,11 +177,13 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
             *element = elements.element(index)?.float()?;
         }
     }
-    let noise = Noise {
+    let mut noise = Noise {
         translation: float("noise.translation")?,
         drift: float("noise.drift")?,
         rotation: float("noise.rotation")?,
+        ..Noise::default()
     };
+    fill(&mut noise.steering, "noise.steering")?;
     Ok(Estimator::resume(
         &belief,
         since,
