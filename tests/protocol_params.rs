@@ -3,7 +3,7 @@
 mod common;
 
 use common::Rig;
-use vehicle_controller::params::{Id, Kind, Params};
+use vehicle_controller::params::{Kind, Params};
 
 /// Names that the protocol fixes, with their units.
 const FIXED: &[(&str, &str)] = &[
