@@ -21,7 +21,7 @@ mod mailbox;
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use crate::board::ResetCause;
-    use crate::board::nucleo_f429zi::{self as board, Board};
+    use crate::board::nucleo_f429zi::{self as board, Board, Config};
     use crate::inbox::Inbox;
     use crate::mailbox::{self, Mailbox};
     use core::mem::MaybeUninit;
@@ -33,7 +33,6 @@ mod app {
     use vehicle_controller::params::{Id, Params};
     use vehicle_controller::supervisor::{Fault, Heartbeat, Place};
     use vehicle_controller::time::{Duration, Instant};
-    use vehicle_controller::vehicle::{DifferentialDrive, differential};
 
     /// The period of the control loop.
     const PERIOD: Duration = Duration::millis(1);
@@ -41,8 +40,6 @@ mod app {
     const IDLE_DEADLINE: u32 = 10;
     /// The watchdog's time-out, nominally. Its oscillator is 17 to 47 kHz for a nominal 32: this is 8 to 23 ms.
     const WATCHDOG: Duration = Duration::millis(12);
-
-    type Config = differential::Config;
 
     #[shared]
     struct Shared {
@@ -95,8 +92,7 @@ mod app {
     ])]
     fn init(ctx: init::Context) -> (Shared, Local) {
         let defaults = Params::default();
-        let built_in = defaults.vehicle();
-        let mut board = match Board::start(ctx.core, ctx.device, WATCHDOG, &built_in) {
+        let mut board = match Board::start(ctx.core, ctx.device, WATCHDOG) {
             Ok(board) => board,
             Err(message) => fail(message),
         };
@@ -119,19 +115,16 @@ mod app {
         } else {
             found.lost.then_some(Fault::Storage)
         };
-        let vehicle = DifferentialDrive::new(
-            board.left_encoder,
-            board.right_encoder,
-            board.left_motor,
-            board.right_motor,
-            &config.vehicle,
-        );
+        let vehicle = match board.parts.assemble(&config.vehicle) {
+            Ok(vehicle) => vehicle,
+            Err(message) => fail(message),
+        };
         let controller = ctx
             .local
             .controller_place
             .write(Controller::new(vehicle, config, fault));
         let identity = Identity {
-            target: "nucleo-f429zi",
+            target: board::TARGET,
             reset_cause,
             period: PERIOD,
         };
