@@ -5,6 +5,7 @@ use std::fmt::Write;
 use anyhow::{Result, ensure};
 
 use super::elf::{Image, Section};
+use super::vehicle::Vehicle;
 
 /// What issue and README promise.
 const FLASH_LIMIT: u32 = 96 * 1024;
@@ -41,6 +42,17 @@ pub fn check(image: &Image) -> Result<()> {
         "{ram} bytes of static RAM are more than {RAM_LIMIT}"
     );
     Ok(())
+}
+
+/// A line for each vehicle.
+pub fn table(images: &[(Vehicle, Image)]) -> String {
+    let mut text = format!("{:12}  {:>8}  {:>10}\n", "vehicle", "flash", "static RAM");
+    for (vehicle, image) in images {
+        let (flash, ram) = totals(image);
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "{:12}  {flash:>8}  {ram:>10}", vehicle.name());
+    }
+    text
 }
 
 pub fn report(image: &Image) -> String {
