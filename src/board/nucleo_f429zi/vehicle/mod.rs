@@ -20,6 +20,8 @@ compile_error!(
     path = "differential.rs"
 )]
 mod chosen;
+#[cfg(any(feature = "tricycle", feature = "bisteerable"))]
+mod steering;
 
 use stm32f4xx_hal::gpio::{Debugger, Pin};
 use stm32f4xx_hal::pac;
