@@ -39,7 +39,11 @@ pub(super) struct Program {
     /// Where code turns into data, and data into code again.
     is_code_from: BTreeMap<u64, bool>,
     sections: Vec<(u64, Vec<u8>)>,
+    vehicle: Option<String>,
 }
+
+/// Where the image says which vehicle it is for.
+const VEHICLE: &str = "VEHICLE";
 
 impl Program {
     /// Reads the code of an ELF file.
@@ -47,6 +51,7 @@ impl Program {
         let file = object::File::parse(elf).context("the image is not an ELF file")?;
         let mut functions = BTreeMap::new();
         let mut is_code_from = BTreeMap::new();
+        let mut vehicle = None;
         for symbol in file.symbols() {
             let name = symbol.name().unwrap_or_default();
             match name.split('.').next() {
@@ -65,10 +70,11 @@ impl Program {
                         },
                     );
                 }
+                _ if name == VEHICLE => vehicle = Some((symbol.address(), symbol.size())),
                 _ => {}
             }
         }
-        let sections = file
+        let sections: Vec<(u64, Vec<u8>)> = file
             .sections()
             .filter(|section| {
                 matches!(
@@ -78,10 +84,15 @@ impl Program {
             })
             .map(|section| Ok((section.address(), section.data()?.to_vec())))
             .collect::<Result<_>>()?;
+        let vehicle = vehicle.and_then(|(address, size)| {
+            let bytes = bytes_at(&sections, address, usize::try_from(size).ok()?)?;
+            Some(String::from_utf8_lossy(bytes).into_owned())
+        });
         Ok(Self {
             functions,
             is_code_from,
             sections,
+            vehicle,
         })
     }
 
@@ -117,13 +128,15 @@ impl Program {
         self.functions.get(&address)
     }
 
+    /// The name of the vehicle that the image is for, if it says so.
+    pub(super) fn vehicle(&self) -> Option<&str> {
+        self.vehicle.as_deref()
+    }
+
     /// The half-word at an address.
     pub(super) fn half_word(&self, address: u64) -> Option<u16> {
-        self.sections.iter().find_map(|(base, bytes)| {
-            let at = usize::try_from(address.checked_sub(*base)?).ok()?;
-            let bytes = bytes.get(at..at + 2)?;
-            Some(u16::from_le_bytes([bytes[0], bytes[1]]))
-        })
+        let bytes = bytes_at(&self.sections, address, 2)?;
+        Some(u16::from_le_bytes([bytes[0], bytes[1]]))
     }
 
     /// The calls, jumps out and returns in a function, with their addresses.
@@ -171,6 +184,13 @@ impl Program {
             .filter_map(|address| self.function(*address))
             .collect()
     }
+}
+
+fn bytes_at(sections: &[(u64, Vec<u8>)], address: u64, size: usize) -> Option<&[u8]> {
+    sections.iter().find_map(|(base, bytes)| {
+        let at = usize::try_from(address.checked_sub(*base)?).ok()?;
+        bytes.get(at..at.checked_add(size)?)
+    })
 }
 
 /// What an instruction does to the flow of control; None for those that go on with the next one, and for conditional branches, which do not leave a
