@@ -72,6 +72,7 @@ fn plant_step(c: &mut Criterion) {
     let input = Input {
         command: Command::duty([0.3, 0.4]),
         push: Push::default(),
+        steering: None,
     };
     for _ in 0..8000 {
         plant.step(250e-6, &input);

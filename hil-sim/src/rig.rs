@@ -278,7 +278,11 @@ impl Rig {
         } else {
             self.faults.bridges([left.bridge(), right.bridge()])
         };
-        let input = Input { command, push };
+        let input = Input {
+            command,
+            push,
+            steering: None,
+        };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
             self.plant.step(dt, &input);

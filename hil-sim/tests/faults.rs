@@ -158,6 +158,7 @@ fn stall(plant: &mut Plant, faults: &FaultSet) -> ([f64; 2], f64) {
     let input = Input {
         command: faults.bridges([BridgeInput::Duty(1.0); 2]),
         push: Push::default(),
+        steering: None,
     };
     plant.step(250e-6, &input);
     (plant.current(), plant.bus_voltage())

@@ -139,7 +139,7 @@ impl Nucleo {
         timer.drive_etr(Level::Low, registers, &mut context);
         let pulse = timer.pulse(tim::Channel::new(SERVO_CHANNEL)?, registers)?;
         // A servo takes no notice of a level that does not change.
-        (pulse.width.0 > 0 && pulse.width < pulse.period).then(|| pulse.width.0 as f64 * 1e-9)
+        (pulse.width.0 > 0 && pulse.width < pulse.period).then_some(pulse.width.0 as f64 * 1e-9)
     }
 
     /// The part of the time for which each PWM pin is high.

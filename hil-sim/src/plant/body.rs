@@ -9,8 +9,8 @@ pub(super) const GRAVITY: f64 = 9.806_65;
 /// Speed below which the casters' drag fades \[m/s\].
 const CASTER_FADE: f64 = 1e-3;
 
-/// The body and its motion. Velocities are in its own frame, of the point midway between the
-/// wheels.
+/// The body and its motion. Velocities are in its own frame, of its centre of mass: for a
+/// differential drive the point midway between the wheels.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     /// \[kg\].
@@ -19,8 +19,9 @@ pub(super) struct Body {
     pub yaw_inertia: f64,
     /// Half of the wheel base \[m\].
     pub half_base: f64,
-    /// Position of the casters ahead of the axle \[m\].
-    caster: f64,
+    /// Position of the casters ahead of the axle or, where there is more than one, of the centre of
+    /// mass \[m\].
+    pub caster: f64,
     /// Drag of the casters \[N\].
     drag: f64,
     /// x, y \[m\] and θ \[rad\], not wrapped.
@@ -52,6 +53,14 @@ impl Body {
             pose: [0.0; 3],
             velocity: Velocity::default(),
         }
+    }
+
+    /// The same body with its centre of mass, which its motion is that of, so far ahead of the rear
+    /// axle, and with its reference point, so far ahead of it too, at the origin \[m\].
+    pub(super) fn centred(mut self, centre_of_mass: f64, reference: f64) -> Self {
+        self.caster -= centre_of_mass;
+        self.pose[0] = centre_of_mass - reference;
+        self
     }
 
     /// Speeds over ground where the left and the right tyre touch \[m/s\].

@@ -1,12 +1,15 @@
 //! What acts on the plant in a step.
 
-/// What drives the wheels, left and right.
+/// What drives the wheels: the first and the second motor. Those of a differential drive and of a
+/// car turn the left and the right wheel; a synchro drive's drive and steer; a tricycle has only the
+/// first one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Command {
     /// What the bridges are told.
     Bridges([BridgeInput; 2]),
     /// Speeds of the rims \[m/s\] which ideal wheels follow at once, without slip: no force acts on
-    /// such a base.
+    /// such a base. The second of a synchro drive is the rate of the heading times its lever; a car
+    /// takes the mean of the two.
     Speed([f64; 2]),
 }
 
@@ -29,7 +32,7 @@ impl Command {
 /// A force from outside on the body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Push {
-    /// Along the body's x axis, through the middle of the axle \[N\].
+    /// Along the heading, through the reference point \[N\].
     pub force: f64,
     /// About the vertical axis, counterclockwise \[N·m\].
     pub torque: f64,
@@ -42,4 +45,7 @@ pub struct Input {
     pub command: Command,
     /// What pushes the body; without effect under [`Command::Speed`].
     pub push: Push,
+    /// Width of the steering servo's pulses \[s\]. None: there are none, and the servo stays where
+    /// it is.
+    pub steering: Option<f64>,
 }

@@ -1,5 +1,5 @@
-//! The physics of a robot base with two driven wheels: battery, bridges, motors, gears, tyres, body
-//! and encoders.
+//! The physics of a robot base with two motors: battery, bridges, motors, gears, tyres, body and
+//! encoders. Two wheels and casters, or one of the other chassis.
 //!
 //! It is written from mechanics alone and shares nothing with the controller: the true wheel
 //! diameters and wheel base are parameters here, and may differ from what the controller believes.
@@ -7,12 +7,14 @@
 //! Each step is semi-implicit: all forces that could make a stiff system (gear, tyre, back-EMF,
 //! drag) are taken at the end of the step as dampings and springs, which makes the equations
 //! linear. Wheel by wheel the motor's and the wheel's speed are eliminated, a system of three is
-//! left for the body. Of itself such a step only takes energy out, so it is stable at any length;
+//! left for the body. Only the steering servo is no part of that: no force on the wheels moves it. Of itself such a step only takes energy out, so it is stable at any length;
 //! 250 µs is meant.
 
+mod balance;
 mod battery;
 mod body;
 mod bridge;
+mod chassis;
 mod encoder;
 mod gear;
 mod input;
@@ -20,6 +22,8 @@ mod motor;
 mod params;
 #[cfg(test)]
 mod robots;
+mod servo;
+mod stance;
 #[cfg(test)]
 mod tests;
 mod tyre;
@@ -29,17 +33,17 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use battery::{Battery, Consumer};
-use body::{Body, Velocity};
+use body::Body;
 use bridge::Bridge;
+use chassis::Undercarriage;
 use encoder::Encoder;
-use gear::Gear;
 pub use input::{BridgeInput, Command, Input, Push};
-use motor::Motor;
 pub use params::{
-    BatteryParams, BodyParams, BridgeParams, EncoderParams, MotorParams, Physics, TyreParams,
+    BatteryParams, BisteerableParams, BodyParams, BridgeParams, Chassis, EncoderParams,
+    MotorParams, Physics, RearSteering, ServoParams, SynchroParams, TricycleParams, TyreParams,
     WheelsParams,
 };
-use tyre::Tyre;
+use servo::Servo;
 use wheel::Wheel;
 
 /// How often the branches of a step may be corrected. Two or three are common when something
@@ -49,13 +53,16 @@ const MAX_TRIALS: usize = 8;
 /// Voltage of the bridges' current outputs at no current \[V\].
 pub const CURRENT_ZERO: f64 = 1.65;
 
-/// A robot base in motion. Index 0 is the left wheel, 1 the right one.
+/// A robot base in motion. Index 0 is the first motor with its wheel, 1 the second one: left and
+/// right of a differential drive and of a car's rear, drive and steering of a synchro drive; a
+/// tricycle's second one is not connected.
 #[derive(Clone, Debug)]
 pub struct Plant {
     battery: Battery,
     bridge: Bridge,
     wheels: [Wheel; 2],
     body: Body,
+    undercarriage: Undercarriage,
     encoders: [Encoder; 2],
     bus: f64,
     current: [f64; 2],
@@ -71,36 +78,28 @@ impl Plant {
     /// `motor.spread`. The parameters should have been validated.
     pub fn new(physics: &Physics, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let load = 0.5 * physics.body.load_share * physics.body.mass * body::GRAVITY;
-        let diameters = [physics.wheels.diameter_left, physics.wheels.diameter_right];
+        let sides = chassis::sides(physics);
         let mut encoders = [0, 1].map(|_| Encoder::new(&physics.encoder, 0.0));
-        let wheels = [0, 1].map(|side| {
+        let wheels = [0, 1].map(|i| {
+            let side = &sides[i];
             // Always the same draws in the same order, so that no parameter changes what another
             // one gets.
-            encoders[side] = Encoder::new(&physics.encoder, random.random());
+            encoders[i] = Encoder::new(&side.physics.encoder, random.random());
             let place = random.random::<f64>() - 0.5;
             let factors = [(); 3].map(|()| 1.0 + physics.motor.spread * normal(&mut random));
-            let radius = 0.5 * diameters[side];
-            Wheel {
-                motor: Motor::new(&physics.motor, factors),
-                gear: Gear::new(&physics.motor),
-                tyre: Tyre::new(&physics.tyre, load),
-                radius,
-                inertia: physics.wheels.inertia,
-                rolling: physics.wheels.rolling_resistance * load * radius,
-                angle: 0.0,
-                twist: place * physics.motor.backlash,
-                motor_speed: 0.0,
-                speed: 0.0,
-            }
+            let mut wheel = Wheel::new(&side.physics, side.diameter, side.load, factors, place);
+            wheel.rolling = side.rolling;
+            wheel
         });
+        let undercarriage = Undercarriage::new(physics, &wheels, &mut random);
         let battery = Battery::new(&physics.battery);
         Self {
             bus: battery.open_circuit(),
             battery,
             bridge: Bridge::new(&physics.bridge),
             wheels,
-            body: Body::new(&physics.body, physics.wheels.base),
+            body: undercarriage.body(physics),
+            undercarriage,
             encoders,
             current: [0.0; 2],
             current_sensitivity: physics.bridge.current_sensitivity,
@@ -109,15 +108,37 @@ impl Plant {
 
     /// Moves on by `dt` \[s\] under a constant input.
     pub fn step(&mut self, dt: f64, input: &Input) {
+        if let Some(servo) = self.undercarriage.servo_mut() {
+            servo.step(input.steering, dt);
+        }
         match input.command {
             Command::Bridges(bridges) => self.drive(dt, bridges, input.push),
-            Command::Speed(rims) => self.roll(dt, rims),
+            Command::Speed(rims) => {
+                self.undercarriage
+                    .roll(&mut self.body, &mut self.wheels, rims, dt);
+                self.bus = self.battery.open_circuit();
+                self.current = [0.0; 2];
+            }
         }
     }
 
     /// A step of the real thing.
     #[inline]
-    fn drive(&mut self, dt: f64, bridges: [BridgeInput; 2], push: Push) {
+    fn drive(&mut self, dt: f64, mut bridges: [BridgeInput; 2], push: Push) {
+        if !self.undercarriage.has_second_motor() {
+            bridges[1] = BridgeInput::Open;
+        }
+        let voltage = self.feed(bridges);
+        self.undercarriage
+            .drive(&mut self.body, &mut self.wheels, voltage, push, dt);
+        for ((current, wheel), voltage) in self.current.iter_mut().zip(&self.wheels).zip(voltage) {
+            *current = wheel.motor.current(voltage, wheel.motor_speed);
+        }
+    }
+
+    /// What the bridges let through to the motors \[V\], with the bus as it then is.
+    #[inline]
+    fn feed(&mut self, bridges: [BridgeInput; 2]) -> [f64; 2] {
         for (wheel, bridge) in self.wheels.iter_mut().zip(bridges) {
             wheel.motor.open = bridge == BridgeInput::Open;
         }
@@ -136,89 +157,48 @@ impl Plant {
             .battery
             .bus([consumer(left, drive[0]), consumer(right, drive[1])]);
         // V = s·d·V_bus
-        let voltage = [
+        [
             left.motor.share() * drive[0] * self.bus,
             right.motor.share() * drive[1] * self.bus,
-        ];
-
-        let start = self.body.turned(dt);
-        let damping = self.body.caster_damping(start);
-        let ground = self.body.ground(start);
-        let mut guesses = [
-            left.guess(ground[0], start.lateral, dt),
-            right.guess(ground[1], start.lateral, dt),
-        ];
-        let mut remaining = MAX_TRIALS;
-        let (trials, velocity, ground) = loop {
-            let trials = [
-                left.attempt(&guesses[0], voltage[0], dt),
-                right.attempt(&guesses[1], voltage[1], dt),
-            ];
-            let grip = guesses[0].grip + guesses[1].grip;
-            let velocity = self.body.solve(start, &trials, grip, damping, push, dt);
-            let ground = self.body.ground(velocity);
-            remaining -= 1;
-            if remaining == 0 {
-                break (trials, velocity, ground);
-            }
-            let lateral = velocity.lateral;
-            let wrong = [
-                left.judge(
-                    &mut guesses[0],
-                    &trials[0],
-                    voltage[0],
-                    (ground[0], lateral),
-                    dt,
-                ),
-                right.judge(
-                    &mut guesses[1],
-                    &trials[1],
-                    voltage[1],
-                    (ground[1], lateral),
-                    dt,
-                ),
-            ];
-            if wrong == [false; 2] {
-                break (trials, velocity, ground);
-            }
-        };
-
-        for (side, wheel) in self.wheels.iter_mut().enumerate() {
-            wheel.settle(&guesses[side], &trials[side], ground[side], dt);
-            self.current[side] = wheel.motor.current(voltage[side], wheel.motor_speed);
-        }
-        self.body.travel(velocity, dt);
+        ]
     }
 
-    /// A step of ideal wheels.
-    fn roll(&mut self, dt: f64, rims: [f64; 2]) {
-        for (wheel, rim) in self.wheels.iter_mut().zip(rims) {
-            wheel.follow(rim, dt);
-        }
-        self.bus = self.battery.open_circuit();
-        self.current = [0.0; 2];
-        // u = (v_l + v_r)/2, r = (v_r − v_l)/b
-        let forward = 0.5 * (rims[0] + rims[1]);
-        let yaw = 0.5 * (rims[1] - rims[0]) / self.body.half_base;
-        self.body.travel(
-            Velocity {
-                forward,
-                lateral: 0.0,
-                yaw,
-            },
-            dt,
-        );
-    }
-
-    /// Where the middle of the axle is, and the heading: x, y \[m\], θ \[rad\], counterclockwise,
-    /// not wrapped.
+    /// Where the reference point is, and the heading: x, y \[m\], θ \[rad\], counterclockwise, not
+    /// wrapped.
+    ///
+    /// The point is the middle of the (rear) axle; the body's centre of a synchro drive, whose
+    /// heading is where its wheels point; the middle of a car whose axles are steered against each
+    /// other.
     pub fn pose(&self) -> [f64; 3] {
-        self.body.pose
+        self.undercarriage.pose(&self.body, &self.wheels)
     }
 
-    /// Forward speed \[m/s\] and yaw rate \[rad/s\] of the body.
+    /// Speed along the heading \[m/s\] and rate of the heading \[rad/s\].
     pub fn speed(&self) -> (f64, f64) {
-        (self.body.velocity.forward, self.body.velocity.yaw)
+        self.undercarriage.speed(&self.body, &self.wheels)
+    }
+
+    /// True steering angle \[rad\], to the left: of a tricycle's wheel, of the middle of a car's
+    /// front axle, of a synchro drive's wheels from its body's axis; 0 without steering.
+    pub fn steering(&self) -> f64 {
+        self.undercarriage.steering(&self.wheels)
+    }
+
+    /// Voltage of the steering servo's potentiometer \[V\]; 0 without a servo.
+    pub fn steering_signal(&self) -> f64 {
+        self.undercarriage.servo().map_or(0.0, Servo::signal)
+    }
+
+    /// Counts of the encoder on the steering servo since the start, positive to the left; 0 without
+    /// a servo.
+    pub fn steering_counts(&self) -> i64 {
+        self.undercarriage.servo().map_or(0, Servo::counts)
+    }
+
+    /// Counts of the encoders on a car's front wheels since the start, positive forward; 0 of
+    /// others.
+    pub fn front_counts(&self) -> [i64; 2] {
+        self.undercarriage.front_counts()
     }
 
     /// Speeds of the wheels' rims, R·ω_w \[m/s\]. They differ from the speed over ground by the

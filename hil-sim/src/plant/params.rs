@@ -2,6 +2,10 @@
 
 use serde::Deserialize;
 
+pub use super::chassis::params::{
+    BisteerableParams, Chassis, RearSteering, ServoParams, SynchroParams, TricycleParams,
+};
+
 /// Everything the plant needs to know about a robot base, in SI units.
 ///
 /// All quantities of the motors are referred to the wheel's shaft: behind the gearbox.
@@ -22,18 +26,22 @@ pub struct Physics {
     pub tyre: TyreParams,
     /// The encoders.
     pub encoder: EncoderParams,
+    /// Which wheels there are; a differential drive if the file has no such section.
+    #[serde(default)]
+    pub chassis: Chassis,
 }
 
-/// The body. Its centre of mass is taken to lie on the wheels' axle, midway between the wheels.
+/// The body. The centre of mass of a differential drive is taken to lie on the wheels' axle, midway
+/// between the wheels; those of other chassis say where it is.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyParams {
     /// Mass \[kg\].
     pub mass: f64,
-    /// Moment of inertia about the vertical axis through the axle's middle \[kg·m²\].
+    /// Moment of inertia about the vertical axis through the centre of mass \[kg·m²\].
     pub yaw_inertia: f64,
-    /// The part of the weight that the two driven wheels carry, 0..1; the casters carry the rest.
-    /// With 0 and no caster friction the robot is jacked up.
+    /// The part of the weight that the wheels carry, 0..1; the casters carry the rest. With 0 and
+    /// no caster friction the robot is jacked up. Chassis that have no casters have 1.
     pub load_share: f64,
     /// Where the casters are, ahead of the axle (negative: behind it) \[m\].
     pub caster_position: f64,
@@ -41,7 +49,7 @@ pub struct BodyParams {
     pub caster_friction: f64,
 }
 
-/// The driven wheels.
+/// The driven wheels of a differential drive; the left and the right one at the rear of others.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelsParams {
@@ -51,7 +59,7 @@ pub struct WheelsParams {
     pub diameter_right: f64,
     /// True distance between the wheels' contact points \[m\].
     pub base: f64,
-    /// Moment of inertia of one wheel, beyond the backlash \[kg·m²\].
+    /// Moment of inertia of one wheel, any of the robot's, beyond the backlash \[kg·m²\].
     pub inertia: f64,
     /// Rolling resistance over the wheel's load \[1\].
     pub rolling_resistance: f64,
@@ -135,12 +143,33 @@ pub struct EncoderParams {
 }
 
 /// What a parameter must be.
-enum Must {
+#[derive(Clone, Copy)]
+pub(super) enum Must {
     BePositive,
     NotBeNegative,
+    NotBeZero,
     BeFinite,
     BeFraction,
     BeBelowOne,
+}
+
+impl Must {
+    /// Whether a value is that; otherwise a message that begins with its name.
+    pub(super) fn check(self, name: &str, value: f64) -> Result<(), String> {
+        let (good, wish) = match self {
+            Self::BePositive => (value > 0.0, "positive"),
+            Self::NotBeNegative => (value >= 0.0, "zero or positive"),
+            Self::NotBeZero => (value != 0.0, "other than zero"),
+            Self::BeFinite => (true, "finite"),
+            Self::BeFraction => ((0.0..=1.0).contains(&value), "from 0 to 1"),
+            Self::BeBelowOne => ((0.0..1.0).contains(&value), "from 0 to below 1"),
+        };
+        if good && value.is_finite() {
+            Ok(())
+        } else {
+            Err(format!("{name} = {value} must be {wish} and finite"))
+        }
+    }
 }
 
 impl Physics {
@@ -197,16 +226,7 @@ impl Physics {
             ),
         ];
         for (name, value, must) in parameters {
-            let (good, wish) = match must {
-                BePositive => (value > 0.0, "positive"),
-                NotBeNegative => (value >= 0.0, "zero or positive"),
-                BeFinite => (true, "finite"),
-                BeFraction => ((0.0..=1.0).contains(&value), "from 0 to 1"),
-                BeBelowOne => ((0.0..1.0).contains(&value), "from 0 to below 1"),
-            };
-            if !good || !value.is_finite() {
-                return Err(format!("{name} = {value} must be {wish} and finite"));
-            }
+            must.check(name, value)?;
         }
         if motor.stiction < motor.coulomb {
             return Err(format!(
@@ -221,7 +241,7 @@ impl Physics {
                 motor.spread
             ));
         }
-        Ok(())
+        self.chassis.validate(wheels)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The robots that the tests of the plant drive.
 
-use super::Physics;
+use super::{Chassis, Physics, RearSteering};
 
 /// A small base with 84 mm wheels on 43.7:1 gear motors of 37 mm.
 pub(super) const DEFAULT: &str = "
@@ -130,5 +130,35 @@ pub(super) fn plain() -> Physics {
 pub(super) fn jacked() -> Physics {
     let mut physics = plain();
     physics.body.load_share = 0.0;
+    physics
+}
+
+/// What is under `[physics]` in a robot's file.
+fn physics(text: &str) -> Physics {
+    let mut file: toml::Table = text.parse().unwrap();
+    file.remove("physics").unwrap().try_into().unwrap()
+}
+
+/// The synchro drive.
+pub(super) fn synchro() -> Physics {
+    physics(include_str!("../../robots/synchro.toml"))
+}
+
+/// The tricycle.
+pub(super) fn tricycle() -> Physics {
+    physics(include_str!("../../robots/tricycle.toml"))
+}
+
+/// The bi-steerable car.
+pub(super) fn cycab() -> Physics {
+    physics(include_str!("../../robots/cycab.toml"))
+}
+
+/// The same with a rear axle that is not steered.
+pub(super) fn car() -> Physics {
+    let mut physics = cycab();
+    if let Chassis::Bisteerable(car) = &mut physics.chassis {
+        car.rear = RearSteering::Fixed;
+    }
     physics
 }

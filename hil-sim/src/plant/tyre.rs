@@ -2,6 +2,9 @@
 
 use super::params::TyreParams;
 
+/// How far a step may overshoot the tyre's friction limit before it is made again \[1\].
+const LIMIT_SLACK: f64 = 1.005;
+
 /// A tyre under its load.
 #[derive(Clone, Debug)]
 pub(super) struct Tyre {
@@ -40,6 +43,33 @@ impl Tyre {
         // With x = (C/μ)·v_s/v_ref the force is F = μ·N·x/(1 + x), and F/v_s = C·N/(v_ref +
         // (C/μ)·v_s).
         self.stiffness / (reference + self.steepness * slip)
+    }
+
+    /// Lowers a grip with which a step ended beyond the friction limit; whether it did.
+    ///
+    /// The speeds are those at the step's end; `compliance`, dt·R²/J, is by how much a force that is
+    /// missing speeds the rim up in the step \[m/s/N\].
+    #[inline]
+    pub(super) fn judge(
+        &self,
+        grip: &mut f64,
+        rim: f64,
+        (ground, lateral): (f64, f64),
+        compliance: f64,
+    ) -> bool {
+        let slip = rim - ground;
+        let limit = LIMIT_SLACK * self.limit;
+        // F_x² + F_y² ≤ (μ·N)²
+        let square = slip * slip + lateral * lateral;
+        if *grip * *grip * square <= limit * limit {
+            return false;
+        }
+        // What the tyre cannot hold turns the wheel further: R·Δω = (dt·R²/J)·ΔF. A grip for the
+        // slip without that would take many trials to come down.
+        let surplus = slip * (*grip - self.limit / square.sqrt());
+        let freed = rim + compliance * surplus;
+        *grip = grip.min(self.grip(freed, ground, lateral));
+        true
     }
 }
 

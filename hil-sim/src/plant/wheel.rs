@@ -3,12 +3,11 @@
 
 use super::gear::{Contact, Gear, Mesh};
 use super::motor::Motor;
+use super::params::Physics;
 use super::tyre::Tyre;
 
 /// Speed below which the rolling resistance fades \[rad/s\].
 const ROLLING_FADE: f64 = 0.02;
-/// How far a step may overshoot the tyre's friction limit before it is made again \[1\].
-const LIMIT_SLACK: f64 = 1.005;
 
 /// A driven wheel with its motor.
 #[derive(Clone, Debug)]
@@ -65,9 +64,9 @@ pub(super) struct Trial {
     pub slope: f64,
     mesh: Mesh,
     /// Inertia that the tyre's force meets on the wheel \[kg·m²\].
-    own: f64,
+    pub own: f64,
     /// ω_w' = wheel_fixed + wheel_rate·v_c'
-    wheel_fixed: f64,
+    pub wheel_fixed: f64,
     wheel_rate: f64,
     /// ω_m' = motor_fixed + motor_rate·ω_w'
     motor_fixed: f64,
@@ -75,6 +74,45 @@ pub(super) struct Trial {
 }
 
 impl Wheel {
+    /// A driven wheel at rest, with its tyre under a load \[N\]. The motor's three factors are its
+    /// spread; `place`, −½..½, is where in the backlash it stands.
+    pub(super) fn new(
+        physics: &Physics,
+        diameter: f64,
+        load: f64,
+        factors: [f64; 3],
+        place: f64,
+    ) -> Self {
+        let radius = 0.5 * diameter;
+        Self {
+            motor: Motor::new(&physics.motor, factors),
+            gear: Gear::new(&physics.motor),
+            tyre: Tyre::new(&physics.tyre, load),
+            radius,
+            inertia: physics.wheels.inertia,
+            rolling: physics.wheels.rolling_resistance * load * radius,
+            angle: 0.0,
+            twist: place * physics.motor.backlash,
+            motor_speed: 0.0,
+            speed: 0.0,
+        }
+    }
+
+    /// A wheel that nothing drives: its gear has a gap without end, and the motor behind it stands.
+    pub(super) fn free(physics: &Physics, diameter: f64, load: f64) -> Self {
+        let mut wheel = Self::new(physics, diameter, load, [1.0; 3], 0.0);
+        wheel.gear.half_gap = f64::INFINITY;
+        wheel.motor.open = true;
+        wheel.motor.blocked = true;
+        wheel
+    }
+
+    /// Angle by which the wheel itself has turned, beyond the backlash \[rad\].
+    #[inline]
+    pub(super) fn turned(&self) -> f64 {
+        self.angle - self.twist
+    }
+
     /// The first guess for a step of `dt` \[s\], from the state before it; `ground` and `lateral`
     /// are the speeds over ground where the tyre touches \[m/s\].
     #[inline]
@@ -177,20 +215,12 @@ impl Wheel {
             Motion::Sliding(_) | Motion::Stopped => {}
         }
 
+        let compliance = dt * self.radius * self.radius / trial.own;
         let rim = self.radius * wheel_speed;
-        let slip = rim - ground;
-        let limit = LIMIT_SLACK * self.tyre.limit;
-        // F_x² + F_y² ≤ (μ·N)²
-        let square = slip * slip + lateral * lateral;
-        if guess.grip * guess.grip * square > limit * limit {
-            // What the tyre cannot hold turns the wheel further: R·Δω = (dt·R²/J)·ΔF. A grip for
-            // the slip without that would take many trials to come down.
-            let surplus = slip * (guess.grip - self.tyre.limit / square.sqrt());
-            let freed = rim + dt * self.radius * self.radius / trial.own * surplus;
-            guess.grip = guess.grip.min(self.tyre.grip(freed, ground, lateral));
-            wrong = true;
-        }
         wrong
+            | self
+                .tyre
+                .judge(&mut guess.grip, rim, (ground, lateral), compliance)
     }
 
     /// Ends a step: takes over the speeds of a trial and moves on.
@@ -218,6 +248,13 @@ impl Wheel {
 }
 
 impl Trial {
+    /// The same step with a speed of the wheel that has been found elsewhere \[rad/s\].
+    #[inline]
+    pub(super) fn turning(mut self, wheel_speed: f64) -> Self {
+        (self.wheel_fixed, self.wheel_rate) = (wheel_speed, 0.0);
+        self
+    }
+
     /// ω_m' and ω_w' for a speed over ground \[rad/s\].
     #[inline]
     fn speeds(&self, ground: f64) -> (f64, f64) {

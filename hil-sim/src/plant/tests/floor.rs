@@ -110,6 +110,7 @@ fn a_torque_turns_the_robot() {
             force: 0.0,
             torque: 0.6,
         },
+        steering: None,
     };
     plant.run(3.0, &input);
     // Per wheel: 0.6/0.2 N·0.042 m = 0.126 N·m against T_c and β·ω, at steady speed; the stiction
@@ -151,6 +152,7 @@ fn ideal_wheels_follow_exactly() {
             force: 100.0,
             torque: 100.0,
         },
+        steering: None,
     };
     plant.run(2.0, &input);
     // Arc of 0.4 m with r = 0.2/0.2014 rad/s; tolerance: rounding of 8000 additions.

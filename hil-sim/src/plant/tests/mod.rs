@@ -3,6 +3,7 @@
 mod drive;
 mod floor;
 mod robust;
+mod steered;
 
 use super::{Command, Input, Physics, Plant, Push, robots};
 
@@ -20,6 +21,7 @@ fn duty(left: f64, right: f64) -> Input {
     Input {
         command: Command::duty([left, right]),
         push: NO_PUSH,
+        steering: None,
     }
 }
 
@@ -31,6 +33,7 @@ fn force(newtons: f64) -> Input {
             force: newtons,
             torque: 0.0,
         },
+        steering: None,
     }
 }
 

@@ -79,6 +79,7 @@ fn the_seed_decides() {
         let input = Input {
             command: Command::Speed([1e-3 * count; 2]),
             push: NO_PUSH,
+            steering: None,
         };
         (0..1001).position(|_| {
             plant.step(1.0, &input);
