@@ -28,9 +28,9 @@ mod app {
     use core::sync::atomic::{AtomicBool, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
     use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
-    use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
+    use vehicle_controller::interpreter::{self, Identity, Interpreter};
+    use vehicle_controller::params::Params;
     use vehicle_controller::params::store::Store;
-    use vehicle_controller::params::{Id, Params};
     use vehicle_controller::supervisor::{Fault, Heartbeat, Place};
     use vehicle_controller::time::{Duration, Instant};
 
@@ -40,6 +40,8 @@ mod app {
     const IDLE_DEADLINE: u32 = 10;
     /// The watchdog's time-out, nominally. Its oscillator is 17 to 47 kHz for a nominal 32: this is 8 to 23 ms.
     const WATCHDOG: Duration = Duration::millis(12);
+
+    type Desk = interpreter::Desk<Config>;
 
     #[shared]
     struct Shared {
@@ -91,7 +93,7 @@ mod app {
         byte_queue: Queue<u8, 512> = Queue::new(),
     ])]
     fn init(ctx: init::Context) -> (Shared, Local) {
-        let defaults = Params::default();
+        let defaults = Params::of(board::KIND);
         let mut board = match Board::start(ctx.core, ctx.device, WATCHDOG) {
             Ok(board) => board,
             Err(message) => fail(message),
@@ -263,7 +265,7 @@ mod app {
 
     impl Logged {
         fn tell_changes(&mut self, params: &Params) {
-            for id in Id::ALL {
+            for id in params.ids() {
                 if params.get(id) != self.params.get(id) {
                     defmt::info!("parameter {=str} = {=f32}", id.spec().name, params.get(id));
                 }

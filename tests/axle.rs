@@ -5,7 +5,9 @@ mod steered;
 use proptest::prelude::*;
 use steered::{bits, contacts, differences, exact, pair, printed, twist, worst};
 use vehicle_controller::vehicle::differential::Geometry;
-use vehicle_controller::vehicle::{Axle, Gains, Observer, Relation, STEEPEST, Scaling, Twist};
+use vehicle_controller::vehicle::{
+    Axle, Calibration, Gains, Observer, Relation, STEEPEST, Scaling, Twist,
+};
 
 const RELATIONS: [Relation; 2] = [Relation::Exact, Relation::Printed];
 
@@ -103,7 +105,7 @@ proptest! {
         right in prop_oneof![-1.0..1.0_f32, -1e-4..1e-4_f32, Just(0.0), Just(-0.0)],
         zero in prop_oneof![Just(0.0_f32), Just(-0.0)],
     ) {
-        let differential = Geometry::new(f64::from(track), 1e-4, 1e-4, [1.0; 3]);
+        let differential = Geometry::new(f64::from(track), 1e-4, 1e-4, Calibration::NOMINAL);
         let wanted = differential.twist([left, right]);
         let wheels = differential.wheel_speeds(wanted);
         for relation in RELATIONS {

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use std::f32::consts::FRAC_PI_2;
 use steered::{contacts, differences, exact, pair, printed, twist, worst};
 use vehicle_controller::vehicle::bisteerable::{Geometry, RearSteering, Wheels};
-use vehicle_controller::vehicle::{Relation, STEEPEST, Twist};
+use vehicle_controller::vehicle::{Calibration, Relation, STEEPEST, Twist};
 
 /// Wheel base, rear and front track of a Cycab with unequal axles, so that nothing can be exchanged unseen, m.
 const BASE: f32 = 1.2;
@@ -286,7 +286,8 @@ fn steering_beyond_the_steepest_is_that_and_none_is_straight() {
 #[test]
 fn without_steering_the_rear_axle_is_a_differential_drive_to_the_bit() {
     use vehicle_controller::vehicle::differential;
-    let differential = differential::Geometry::new(f64::from(TRACKS[0]), 1e-4, 1e-4, [1.0; 3]);
+    let differential =
+        differential::Geometry::new(f64::from(TRACKS[0]), 1e-4, 1e-4, Calibration::NOMINAL);
     for rear in CARS {
         for wheels in [[0.3, 0.4], [-0.1, 0.123_456_7], [1e-4, -3e-5]] {
             let wanted = differential.twist(wheels);

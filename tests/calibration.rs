@@ -8,6 +8,7 @@ use vehicle_controller::controller::{AxisCommand, CorrectionError, Noise, Pose, 
 use vehicle_controller::interpreter::{Identity, Interpreter};
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::Duration;
+use vehicle_controller::vehicle::Calibration;
 
 /// A straight move of so many metres, by the wheels' count, and a rest.
 fn run(base: &mut Base, metres: u16) {
@@ -48,7 +49,7 @@ fn a_measured_run_scales_both_wheels() {
     let distance = base.desk.calibrate_straight(2.02, GATE).unwrap();
     base.drive(10, 0.0, 0.0);
     let calibration = *base.desk.calibration();
-    let [right, left, base_gain] = calibration.gains.map(f64::from);
+    let [right, left, base_gain, ..] = calibration.gains.map(f64::from);
     // The prior's deviation of two metres against a tape's 5 mm.
     let prior = f64::from(Params::default().get(Id::KScale)) * 4.0;
     let share = prior / (prior + 0.25e-4);
@@ -108,7 +109,7 @@ fn a_run_is_believed_where_the_common_gain_was_said_to_be_known() {
         let mut set = priors(drift).to_vec();
         set.extend(gains.into_iter().flatten());
         let mut base = with(&set);
-        let [right, left, base_gain] = base.desk.calibration().gains;
+        let [right, left, base_gain, ..] = base.desk.calibration().gains;
         run(&mut base, 5);
         base.desk.calibrate_straight(5.05, GATE).unwrap();
         let learned = base.desk.calibration().gains;
@@ -169,8 +170,8 @@ fn the_whole_covariance_is_the_same_whether_the_gains_are_learned_or_considered_
         |a: &Pose, b: &Pose| (a.x - b.x).abs() + (a.y - b.y).abs() + (a.theta - b.theta).abs();
     assert!(apart(&a.pose, &b.pose) < 1e-6, "{a:?} {b:?}");
     assert!((a.covariance - b.covariance).abs().max() < 1e-6 * b.covariance.abs().max());
-    assert_ne!(learning.desk.calibration().gains, [1.0; 3]);
-    assert_eq!(considering.desk.calibration().gains, [1.0; 3]);
+    assert_ne!(learning.desk.calibration().gains, Calibration::NOMINAL);
+    assert_eq!(considering.desk.calibration().gains, Calibration::NOMINAL);
 }
 
 #[test]
@@ -191,7 +192,7 @@ fn gains_that_something_on_board_has_taught_survive_a_set_param() {
     base.drive(1000, 0.0, 0.0);
     base.desk.learn(false);
     let learned = *base.desk.calibration();
-    assert_ne!(learned.gains, [1.0; 3]);
+    assert_ne!(learned.gains, Calibration::NOMINAL);
     for byte in *b"SetParam gate 9\n" {
         interpreter.receive(byte);
     }

@@ -7,6 +7,7 @@ use counts::{Random, noise, smallest_eigenvalue};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use vehicle_controller::controller::{CorrectionError, Observation, Pose, Refusal};
 use vehicle_controller::params::{Id, Params};
+use vehicle_controller::vehicle::Calibration;
 
 /// 10 cm and 5°, correlated.
 fn blurred() -> Matrix3<f64> {
@@ -331,7 +332,7 @@ fn correct_at_random(seed: u64, corrections: u32) {
     // Every one of them was a proper observation.
     assert_eq!(refused, 0, "seed {seed}");
     assert!(absurd < corrections / 10, "seed {seed}: {absurd}");
-    let learned = base.desk.calibration().gains != [1.0; 3];
+    let learned = base.desk.calibration().gains != Calibration::NOMINAL;
     assert_eq!(learned, learns, "seed {seed}");
 }
 

@@ -6,8 +6,8 @@ use counts::{BASE, COUNT, Odometry, geometry, noise, quantised};
 use vehicle_controller::controller::estimator::Compound;
 use vehicle_controller::controller::{Estimate, Pose};
 use vehicle_controller::math::upper_triangle;
-use vehicle_controller::vehicle::Twist;
 use vehicle_controller::vehicle::differential::Geometry;
+use vehicle_controller::vehicle::{Calibration, Twist};
 
 /// Rows of `vectors/pose_covariance.csv`: counts left and right, then pose and upper triangle after them.
 fn rows() -> Vec<[f64; 11]> {
@@ -139,7 +139,7 @@ fn ten_kilometres(geometry: Geometry, heading: f64, bend: impl Fn(f64) -> f64) -
 
 /// Wheels of 84.00 mm and 84.07 mm, neither of which is a round number of anything.
 fn unequal() -> Geometry {
-    Geometry::new(0.2013, COUNT, COUNT * 1.000_871_3, [1.0; 3])
+    Geometry::new(0.2013, COUNT, COUNT * 1.000_871_3, Calibration::NOMINAL)
 }
 
 /// 5 mm in 10 km is 5e-7: the theory allows 1.5 mm for f32 sines of an angle that is reduced in f64; an f32 heading near π and an f32 step add

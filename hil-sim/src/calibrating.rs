@@ -11,6 +11,7 @@ use hil_sim::statistics::CHI_SQUARE_3_99;
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use vehicle_controller::params::GAINS;
 
 /// What to calibrate on, and how.
 #[derive(Args)]
@@ -149,7 +150,8 @@ fn gains(calibration: &vehicle_controller::vehicle::Calibration) -> String {
     let pairs = calibration
         .gains
         .iter()
-        .zip(calibration.spread.deviations());
+        .zip(calibration.spread.deviations())
+        .take(GAINS.len());
     let words: Vec<_> = pairs
         .map(|(gain, deviation)| format!("{gain:.5} ± {deviation:.5}"))
         .collect();
@@ -216,12 +218,10 @@ fn write_points(path: &Path, logs: &[Log], points: &[Point]) -> Result<()> {
     ])?;
     for point in points {
         let mut record = vec![format!("{:.6}", point.t), logs[point.log].name.clone()];
-        record.extend(point.gains.map(|gain| format!("{gain:.8}")));
-        record.extend(
-            point
-                .deviations()
-                .map(|deviation| format!("{deviation:.4e}")),
-        );
+        let gains = point.gains.iter().take(GAINS.len());
+        record.extend(gains.map(|gain| format!("{gain:.8}")));
+        let deviations = point.deviations().into_iter().take(GAINS.len());
+        record.extend(deviations.map(|deviation| format!("{deviation:.4e}")));
         record.push(
             point
                 .distance

@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use vehicle_controller::params::{GAINS, Id, Params};
+use vehicle_controller::vehicle::gains::of_each;
 use vehicle_controller::vehicle::{Calibration, Spread};
 
 /// Which squares, on what.
@@ -121,10 +122,11 @@ impl Found {
 
     /// Names and gains.
     fn gains(&self) -> [(&'static str, [f64; 3]); 3] {
+        let [right, left, base, ..] = self.learned.gains;
         [
             ("before", self.before),
             ("closed form", self.calculated),
-            ("filter", self.learned.gains.map(f64::from)),
+            ("filter", [right, left, base].map(f64::from)),
         ]
     }
 
@@ -219,7 +221,7 @@ fn report(options: &Options, robot: &Robot, squares: &Squares, found: &Found) ->
             squares.worst(robot, &params)?
         )?;
     }
-    let [right, left, base] = found.learned.spread.deviations();
+    let [right, left, base, ..] = found.learned.spread.deviations();
     writeln!(
         text,
         "{:19}{right:.6}  {left:.6}  {base:.6}",
@@ -260,7 +262,7 @@ fn to_set(params: &Params, gains: [f64; 3]) -> String {
 fn with_gains(params: &Params, gains: [f64; 3]) -> Params {
     let mut params = *params;
     params.learn(&Calibration {
-        gains: gains.map(|gain| gain as f32),
+        gains: of_each(gains.map(|gain| gain as f32), 0.0),
         spread: Spread::NONE,
     });
     params

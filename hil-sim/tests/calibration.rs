@@ -6,6 +6,7 @@ use bench::Bench;
 use hil_sim::peripherals::FakeFlash;
 use vehicle_controller::params::store::Store;
 use vehicle_controller::params::{Id, Params};
+use vehicle_controller::vehicle::Calibration;
 
 /// k_r, k_l, k_b of the robot `uncalibrated`: what it is over what it believes.
 const TRUTH: [f64; 3] = [0.083_457 / 0.084, 0.083_524 / 0.084, 0.2014 / 0.2];
@@ -156,7 +157,7 @@ fn a_store_of_an_older_firmware_has_no_gains_and_begins_with_the_prior() {
     let config = restored
         .params
         .build(vehicle_controller::time::Duration::millis(1));
-    assert_eq!(config.calibration.gains, [1.0; 3]);
+    assert_eq!(config.calibration.gains, Calibration::NOMINAL);
     assert!(config.calibration.spread.deviations()[2] > 0.01);
 }
 

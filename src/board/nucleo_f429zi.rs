@@ -22,7 +22,7 @@ mod wheels;
 pub use fault::halt;
 pub use flash::ParamFlash;
 pub use sensors::Sensors;
-pub use vehicle::{Config, Parts, TARGET, Vehicle};
+pub use vehicle::{Config, KIND, Parts, TARGET, Vehicle};
 
 use super::ResetCause;
 use cortex_m::peripheral::DWT;

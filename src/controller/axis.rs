@@ -190,6 +190,35 @@ impl Axis {
         self.moved = moved;
     }
 
+    /// Ends where the vehicle is: nothing moves it any further. What is left of a target is told; an axis that has ended keeps its error, as far as a
+    /// following error goes.
+    pub fn end(&mut self, config: &AxisConfig) -> Option<AxisEvent> {
+        if self.is_settled() && self.profile.has_landed() {
+            self.error = limit(self.error, config.max_error);
+            return None;
+        }
+        let residual = self.error + self.ahead + self.profile.remaining();
+        let is_awaited = matches!(self.pending, Pending::Target(_));
+        self.release();
+        if is_awaited {
+            self.moved = Sum::new(-residual);
+        }
+        is_awaited.then_some(AxisEvent::Done(residual))
+    }
+
+    /// The reference is held back at rest by what its vehicle has to do first: it sets out, and has not moved yet.
+    pub fn set_out(&mut self) {
+        if self.state != State::Hold && self.profile.speed() == 0.0 {
+            self.state = State::Accel;
+        }
+    }
+
+    /// Where the reference is driven: the command's acceleration, toward the target; 0 for an axis that has landed or is to come to rest.
+    #[must_use]
+    pub fn urge(&self) -> f32 {
+        self.profile.urge()
+    }
+
     /// Advances the reference by `steps` cycles of nominal length (0: none is due yet).
     pub fn advance(&mut self, config: &AxisConfig, cycle: &Cycle) -> Option<AxisEvent> {
         if self.is_settled() && self.profile.has_landed() {

@@ -3,13 +3,16 @@
 //! The error of the estimate is e + Γ g: e is the pose's own, g that of the gains, and the two know nothing of each other. Γ, the leverage, is what a
 //! gain that is wrong by 1 has done to the pose. Between corrections P, the covariance of g, stands still; C, that of e, grows by what is random; and Γ
 //! goes along with the motion. So the covariance that is reported, C + Γ P Γᵀ, is positive semi-definite whatever rounding does, and the control
-//! interrupt carries 3 × 3 numbers more, not a covariance of 6 × 6. (The two-stage filter of B. Friedland, 1969.)
+//! interrupt carries three numbers more for each gain, not a covariance of all. (The two-stage filter of B. Friedland, 1969.)
 
 use super::estimator::{Estimate, Pose};
 use super::reckoning::Reckoning;
 use crate::math::{product, product_transposed, sum};
-use crate::vehicle::Spread;
-use nalgebra::Matrix3;
+use crate::vehicle::{GAINS, Spread};
+use nalgebra::{Matrix3, SMatrix};
+
+/// Γ: a column for each gain, m, m, rad.
+pub type Leverage = SMatrix<f64, 3, GAINS>;
 
 /// A pose with its own covariance, and what the gains do to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +21,8 @@ pub struct Belief {
     pub pose: Pose,
     /// C, of e: m², m·rad, rad².
     pub own: Matrix3<f64>,
-    /// Γ: a column for each gain, m, m, rad.
-    pub leverage: Matrix3<f64>,
+    /// Γ.
+    pub leverage: Leverage,
 }
 
 impl Belief {
@@ -33,7 +36,7 @@ impl Belief {
     /// What the gains have done to the pose becomes its own: they are others from here on.
     pub fn absorb(&mut self, spread: &Spread) {
         self.own = sum(&self.own, 1.0, &self.shared(spread));
-        self.leverage = Matrix3::zeros();
+        self.leverage = Leverage::zeros();
     }
 
     /// The estimate, for gains that are known as well as this.
@@ -52,7 +55,7 @@ impl From<Estimate> for Belief {
         Self {
             pose: estimate.pose,
             own: estimate.covariance,
-            leverage: Matrix3::zeros(),
+            leverage: Leverage::zeros(),
         }
     }
 }

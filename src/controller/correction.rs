@@ -19,13 +19,14 @@
 //! section 4 does, which may be off by a tenth of the covariance. Keeping the cross-covariances would cost 4 KiB. Where the gains are only considered, the
 //! order matters anyhow: that filter, exact in every way, is a fiftieth of the innovation apart.
 
-use super::belief::Belief;
+use super::belief::{Belief, Leverage};
 use super::estimator::{Pose, transport};
 use crate::math::{
     NotPositive, add_outer, along, applied, inner, is_finite, nearest_positive, positive_part,
     product, product_transposed, scaled, sum, symmetric, symmetric_part, transported, wrap,
     written_covariance,
 };
+use crate::vehicle::gains::{GainMatrix, GainVector};
 use crate::vehicle::{GAINS, Spread};
 use nalgebra::{Matrix3, Vector3};
 
@@ -39,7 +40,7 @@ pub enum CorrectionError {
     Gate(f32),
     /// A result is not a finite number.
     NotFinite,
-    /// A gain would not be between 0.8 and 1.25.
+    /// A gain would be beyond reason: see [`Calibration::is_plausible`](crate::vehicle::Calibration::is_plausible).
     Gains,
 }
 
@@ -49,7 +50,7 @@ impl core::fmt::Display for CorrectionError {
             Self::NotPositive => "the covariance would not be symmetric positive semi-definite",
             Self::Gate(_) => "the observation is beyond the gate",
             Self::NotFinite => "the result would not be finite",
-            Self::Gains => "a gain would be beyond 0.8 to 1.25",
+            Self::Gains => "a gain would be beyond reason",
         })
     }
 }
@@ -71,14 +72,14 @@ pub struct Update {
     /// … and after.
     after: Matrix3<f64>,
     /// Γ before.
-    leverage: Matrix3<f64>,
+    leverage: Leverage,
     /// What of the correction of the pose does not come through the gains (m, m, rad).
     shift: Vector3<f64>,
     /// What it has taken from the leverage.
-    absorbed: Matrix3<f64>,
+    absorbed: Leverage,
     /// The correction of the gains, and how well they are known after it.
-    gains: Vector3<f64>,
-    spread: Matrix3<f64>,
+    gains: GainVector,
+    spread: GainMatrix,
     /// Gains that are only considered correct no pose: then what has come through them is in the shift.
     learned: bool,
     /// Γ P Γᵀ before, where that is so; otherwise 0.
@@ -97,8 +98,8 @@ impl Update {
             after: belief.own,
             leverage: belief.leverage,
             shift: Vector3::zeros(),
-            absorbed: Matrix3::zeros(),
-            gains: Vector3::zeros(),
+            absorbed: Leverage::zeros(),
+            gains: GainVector::zeros(),
             spread: spread.covariance(),
             learned: false,
             shared: Matrix3::zeros(),
@@ -140,18 +141,18 @@ impl Update {
         }
     }
 
-    fn leverage_after(&self) -> Matrix3<f64> {
+    fn leverage_after(&self) -> Leverage {
         sum(&self.leverage, -1.0, &self.absorbed)
     }
 
     /// Γ P Γᵀ.
-    fn through(&self, leverage: &Matrix3<f64>) -> Matrix3<f64> {
+    fn through(&self, leverage: &Leverage) -> Matrix3<f64> {
         self.between(leverage, leverage)
     }
 
     /// Γ₁ P Γ₂ᵀ: what two poses have in common through the gains.
     #[inline(never)]
-    fn between(&self, one: &Matrix3<f64>, other: &Matrix3<f64>) -> Matrix3<f64> {
+    fn between(&self, one: &Leverage, other: &Leverage) -> Matrix3<f64> {
         product_transposed(&product(one, &self.spread), other)
     }
 
@@ -219,7 +220,7 @@ impl Update {
         longer: f64,
         gate: f64,
     ) -> Result<f32, CorrectionError> {
-        let h = Vector3::from(effects.map(f64::from));
+        let h = GainVector::from(effects.map(f64::from));
         // Both wheels alike: what k_scale = 0 says is known, and is measured all the same.
         let common = h.map(|e| if e > 0.0 { 1.0 } else { 0.0 });
         if inner(&common, &applied(&self.spread, &common)) <= NOTHING {
@@ -239,8 +240,8 @@ impl Update {
     }
 
     fn check(&self) -> Result<(), CorrectionError> {
-        let shift = self.shift + self.gains;
-        if shift.iter().all(|e| e.is_finite())
+        if is_finite(&self.shift)
+            && is_finite(&self.gains)
             && is_finite(&self.after)
             && is_finite(&self.absorbed)
             && is_finite(&self.spread)
@@ -269,7 +270,7 @@ const UNKNOWN: f64 = 0.02;
 /// An update while an observation is taken, number by number.
 struct Filter<'a> {
     update: &'a mut Update,
-    leverage: Matrix3<f64>,
+    leverage: Leverage,
     distance: f64,
 }
 
@@ -402,7 +403,7 @@ fn invert(m: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 impl Update {
     /// The correction of the gains, and how well they are known after it.
     #[must_use]
-    pub fn gains(&self) -> (Vector3<f64>, Spread) {
+    pub fn gains(&self) -> (GainVector, Spread) {
         (self.gains, Spread::of(&self.spread))
     }
 
@@ -449,7 +450,7 @@ impl Update {
 
     /// `leverage` is what the past had.
     #[inline(never)]
-    fn spread_earlier(&self, past: &mut Belief, leverage: &Matrix3<f64>, gain: &Matrix3<f64>) {
+    fn spread_earlier(&self, past: &mut Belief, leverage: &Leverage, gain: &Matrix3<f64>) {
         let mut own = past.own;
         if !self.learned {
             own = sum(&own, 1.0, &self.through(leverage));

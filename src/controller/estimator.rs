@@ -31,6 +31,8 @@ pub struct Noise {
     pub drift: f32,
     /// κ_rot: variance of the heading per rotation, rad²/rad.
     pub rotation: f32,
+    /// κ_steer: a white part of the steering angle along the path, rad²·m.
+    pub steering: f32,
 }
 
 /// An estimate of the pose with its covariance.
@@ -308,6 +310,7 @@ mod tests {
         translation: 1e-5,
         drift: 2.7e-5,
         rotation: 2e-4,
+        steering: 0.0,
     };
 
     #[test]

@@ -3,12 +3,12 @@
 //! A correction changes all of them, which takes a small processor some 30 ms. It is done entry by entry, whenever there is time; until then no other
 //! correction can be made.
 
-use super::belief::Belief;
+use super::belief::{Belief, Leverage};
 use super::correction::Update;
 use super::estimator::{Pose, transport};
 use crate::math::{product, scaled, sum, transported, upper_triangle};
 use crate::time::{self, Duration, Instant};
-use crate::vehicle::Spread;
+use crate::vehicle::{GAINS, Spread};
 use heapless::Deque;
 use nalgebra::Matrix3;
 
@@ -28,12 +28,12 @@ struct Entry {
     pose: Pose,
     /// Cxx Cxy Cxθ Cyy Cyθ Cθθ.
     own: [f64; 6],
-    leverage: [f32; 9],
+    leverage: [f32; 3 * GAINS],
 }
 
 impl From<&Past> for Entry {
     fn from(past: &Past) -> Self {
-        let mut leverage = [0.0; 9];
+        let mut leverage = [0.0; 3 * GAINS];
         for (small, wide) in leverage.iter_mut().zip(&past.belief.leverage) {
             *small = *wide as f32;
         }
@@ -54,7 +54,7 @@ impl From<&Entry> for Past {
             belief: Belief {
                 pose: entry.pose,
                 own: Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt),
-                leverage: Matrix3::from(leverage_of(entry)),
+                leverage: leverage_of(entry),
             },
         }
     }
@@ -69,10 +69,12 @@ impl Entry {
     }
 }
 
-/// By columns.
-fn leverage_of(entry: &Entry) -> [[f64; 3]; 3] {
-    let [a, b, c, d, e, f, g, h, i] = entry.leverage.map(f64::from);
-    [[a, b, c], [d, e, f], [g, h, i]]
+fn leverage_of(entry: &Entry) -> Leverage {
+    let mut leverage = Leverage::zeros();
+    for (wide, small) in leverage.iter_mut().zip(entry.leverage) {
+        *wide = f64::from(small);
+    }
+    leverage
 }
 
 /// The oldest observation that is taken.

@@ -2,7 +2,9 @@
 
 use super::correction::{self, CorrectionError, Terms, Update};
 use super::history::{History, MAX_AGE, Past};
-use super::{Action, AxisCommand, Belief, Config, Estimate, Pose, Refusal, Request, Snapshot};
+use super::{
+    Action, AxisCommand, Belief, Config, Estimate, Pose, Refusal, Request, Snapshot, State,
+};
 use crate::time::{self, Duration, Instant};
 use crate::vehicle::Calibration;
 use nalgebra::{Matrix3, RowVector3, Vector3};
@@ -19,6 +21,8 @@ pub struct Limits {
     pub turn_speed: f32,
     /// rad/s².
     pub turn_acceleration: f32,
+    /// The vehicle turns without moving, too.
+    pub turns_in_place: bool,
 }
 
 /// A measurement of the pose from outside.
@@ -179,11 +183,16 @@ impl<C> Interface<C> {
     /// `turn`: rotate by `distance` (rad, signed, may be infinite) at `speed` with `acceleration`; speed 0 stops this axis alone.
     ///
     /// # Errors
-    /// [`Refusal`] if a number is out of range, a fault is latched or the motors are disabled.
+    /// [`Refusal`] if a number is out of range, a fault is latched or the motors are disabled; [`Refusal::Standing`] if the vehicle turns only while it
+    /// moves, and stands.
     #[inline(never)]
     pub fn turn_by(&mut self, command: AxisCommand) -> Result<(), Refusal> {
         let (speed, acceleration) = (self.limits.turn_speed, self.limits.turn_acceleration);
         self.check_motion(&command, speed, acceleration)?;
+        let stands = self.snapshot.translation.state == State::Hold;
+        if stands && !self.limits.turns_in_place && command.speed > 0.0 {
+            return Err(Refusal::Standing);
+        }
         self.send(Action::Turn(command))
     }
 

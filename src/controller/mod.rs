@@ -23,6 +23,7 @@ mod reckoning;
 mod refusal;
 mod sensing;
 mod snapshot;
+mod steered;
 mod stopping;
 
 pub use axis::{Axis, AxisCommand, AxisConfig, Cycle, State};
@@ -361,25 +362,37 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if share < self.share || share > self.share * (1.0 + SHARE_RIPPLE) {
             self.share = share;
         }
-        let share = self.share;
-        let cycle = |speed| Cycle {
+        let shares = if V::STEERS {
+            self.steered_shares(self.share)
+        } else {
+            [self.share; 2]
+        };
+        let cycle = |speed, share| Cycle {
             period,
             steps,
             speed,
             share,
         };
         let speed = self.motion.speed;
-        let moved = self
-            .translation
-            .advance(&self.config.translation, &cycle(speed.translation));
+        let moved = self.translation.advance(
+            &self.config.translation,
+            &cycle(speed.translation, shares[0]),
+        );
         if let Some(AxisEvent::Done(residual)) = moved {
             self.note(Event::MoveDone(residual));
         }
+        if V::STEERS {
+            self.end_turn_at_rest();
+        }
         let turned = self
             .rotation
-            .advance(&self.config.rotation, &cycle(speed.rotation));
+            .advance(&self.config.rotation, &cycle(speed.rotation, shares[1]));
         if let Some(AxisEvent::Done(residual)) = turned {
             self.note(Event::TurnDone(residual));
+        }
+        if V::STEERS && shares[0] == 0.0 {
+            self.translation.set_out();
+            self.rotation.set_out();
         }
         if let Some(reason) = self.stopping {
             if reason == StopReason::Fault {
@@ -419,16 +432,24 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation,
             rotation,
         } = self.motion.speed;
-        within(&self.translation, &self.config.translation, translation)
-            && within(&self.rotation, &self.config.rotation, rotation)
+        let heading = if V::STEERS {
+            self.rotation.is_settled()
+        } else {
+            within(&self.rotation, &self.config.rotation, rotation)
+        };
+        within(&self.translation, &self.config.translation, translation) && heading
     }
 
     fn drive(&mut self, supply: f32) -> Result<(), crate::vehicle::OutputError> {
         let config = &self.config;
         let period = self.period;
-        let speed = Twist {
-            translation: self.translation.velocity(&config.translation, period),
-            rotation: self.rotation.velocity(&config.rotation, period),
+        let speed = if V::STEERS {
+            self.steered_speed()
+        } else {
+            Twist {
+                translation: self.translation.velocity(&config.translation, period),
+                rotation: self.rotation.velocity(&config.rotation, period),
+            }
         };
         let acceleration = Twist {
             translation: self.translation.acceleration(),

@@ -105,6 +105,27 @@ impl Profile {
         self.max_speed
     }
 
+    /// What is left to go, signed; 0 if there is no end to it.
+    #[must_use]
+    pub fn remaining(&self) -> f32 {
+        match self.target {
+            Target::Remaining(remaining) => remaining.get(),
+            Target::Rest | Target::Endless(_) => 0.0,
+        }
+    }
+
+    /// The command's acceleration toward the target, signed; 0 if there is none.
+    #[must_use]
+    pub fn urge(&self) -> f32 {
+        match self.target {
+            Target::Rest => 0.0,
+            Target::Endless(true) => self.acceleration,
+            Target::Endless(false) => -self.acceleration,
+            Target::Remaining(_) if self.has_landed() => 0.0,
+            Target::Remaining(remaining) => sign(remaining.get()) * self.acceleration,
+        }
+    }
+
     /// The speed that will be needed, signed: the command's, or what of it the distance allows to reach, or the present one where that is more.
     #[must_use]
     pub fn wanted_speed(&self) -> f32 {

@@ -4,6 +4,7 @@
 //! any heading but the axes' it is the difference of numbers that large. An f64 would do; on the Cortex-M4F it would take some 3000 instructions
 //! a step, this takes 700.
 
+use super::belief::Leverage;
 use super::compound::Compound;
 use super::estimator::{Noise, Pose};
 use crate::math::{Factor, Sum, reduced, sin_cos};
@@ -37,7 +38,7 @@ pub(super) struct Reckoning {
     pub(super) pose: WidePose,
     /// Cxx Cxy Cxθ Cyy Cyθ Cθθ.
     covariance: [Sum; 6],
-    leverage: Leverage,
+    leverage: WideLeverage,
 }
 
 impl Reckoning {
@@ -88,7 +89,7 @@ impl Reckoning {
 
     /// What the gains have done to the pose becomes its own: C := C + Γ P Γᵀ, Γ := 0. They are others from here on.
     pub(super) fn absorb(&mut self, spread: &Spread) {
-        let [x, y, theta] = self.leverage.times(&spread.root);
+        let [x, y, theta] = self.leverage.times(spread);
         let added = [
             inner(x, x),
             inner(x, y),
@@ -100,7 +101,7 @@ impl Reckoning {
         for (element, added) in self.covariance.iter_mut().zip(added) {
             element.add(added);
         }
-        self.leverage = Leverage::default();
+        self.leverage = WideLeverage::default();
     }
 
     /// True if every number is one, and none infinite: then so is their sum, unless they are beyond use all the same.
@@ -110,7 +111,7 @@ impl Reckoning {
         (x.get() + y.get() + theta.get() + covariance).is_finite() && self.leverage.is_finite()
     }
 
-    pub(super) fn new(pose: &Pose, own: &Matrix3<f64>, leverage: &Matrix3<f64>) -> Self {
+    pub(super) fn new(pose: &Pose, own: &Matrix3<f64>, leverage: &Leverage) -> Self {
         let c = own;
         Self {
             pose: WidePose {
@@ -124,7 +125,7 @@ impl Reckoning {
     }
 
     /// The pose, C and Γ.
-    pub(super) fn to_f64(self) -> (Pose, Matrix3<f64>, Matrix3<f64>) {
+    pub(super) fn to_f64(self) -> (Pose, Matrix3<f64>, Leverage) {
         let WidePose { x, y, theta } = self.pose;
         let [xx, xy, xt, yy, yt, tt] = self.covariance.map(|element| element.to_f64());
         let pose = Pose {
@@ -137,15 +138,15 @@ impl Reckoning {
     }
 }
 
-fn inner([a, b, c]: [f32; 3], [d, e, f]: [f32; 3]) -> f32 {
-    a * d + b * e + c * f
+fn inner(a: [f32; GAINS], b: [f32; GAINS]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Γ by its columns, one for each gain: x, y, θ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Leverage([[Sum; 3]; GAINS]);
+struct WideLeverage([[Sum; 3]; GAINS]);
 
-impl Leverage {
+impl WideLeverage {
     /// Γ := F Γ + Φ_S ∂ΔS/∂k + Φ_α ∂Δα/∂k.
     fn propagate(&mut self, effects: [Twist; GAINS], (dx, dy): (f32, f32), (sin, cos): (f32, f32)) {
         let (phi_x, phi_y) = (-0.5 * dy, 0.5 * dx);
@@ -158,13 +159,17 @@ impl Leverage {
         }
     }
 
-    /// The rows of Γ L, with L lower triangular.
-    fn times(&self, [l11, l21, l22, l31, l32, l33]: &[f32; 6]) -> [[f32; 3]; 3] {
-        let [a, b, c] = self.0.map(|column| column.map(|element| element.get()));
-        let row =
-            |a: f32, b: f32, c: f32| [a * l11 + b * l21 + c * l31, b * l22 + c * l32, c * l33];
-        let ([ax, ay, at], [bx, by, bt], [cx, cy, ct]) = (a, b, c);
-        [row(ax, bx, cx), row(ay, by, cy), row(at, bt, ct)]
+    /// The rows of Γ L.
+    fn times(&self, spread: &Spread) -> [[f32; GAINS]; 3] {
+        let mut product = [[0.0; GAINS]; 3];
+        for (column, row_of_l) in self.0.iter().zip(spread.rows()) {
+            for (row, element) in product.iter_mut().zip(column) {
+                for (sum, l) in row.iter_mut().zip(row_of_l) {
+                    *sum += element.get() * l;
+                }
+            }
+        }
+        product
     }
 
     fn is_finite(&self) -> bool {
@@ -173,20 +178,14 @@ impl Leverage {
     }
 }
 
-impl From<Matrix3<f64>> for Leverage {
-    fn from(m: Matrix3<f64>) -> Self {
-        let column = |c: [f64; 3]| c.map(Sum::from_f64);
-        Self([
-            column([m.m11, m.m21, m.m31]),
-            column([m.m12, m.m22, m.m32]),
-            column([m.m13, m.m23, m.m33]),
-        ])
+impl From<Leverage> for WideLeverage {
+    fn from(leverage: Leverage) -> Self {
+        Self(leverage.data.0.map(|column| column.map(Sum::from_f64)))
     }
 }
 
-impl From<Leverage> for Matrix3<f64> {
-    fn from(leverage: Leverage) -> Self {
-        let [[a, d, g], [b, e, h], [c, f, i]] = leverage.0.map(|column| column.map(|s| s.to_f64()));
-        Self::new(a, b, c, d, e, f, g, h, i)
+impl From<WideLeverage> for Leverage {
+    fn from(leverage: WideLeverage) -> Self {
+        Self::from(leverage.0.map(|column| column.map(|s| s.to_f64())))
     }
 }

@@ -27,6 +27,8 @@ pub enum Refusal {
     Disabled,
     /// The vehicle moves.
     Moving,
+    /// The vehicle turns only while it moves, and stands.
+    Standing,
     /// There was no run of at least 0.1 m since the gains have last changed.
     Run,
     /// A correction was not acceptable.
@@ -46,6 +48,7 @@ impl core::fmt::Display for Refusal {
             Self::Fault(_) => "a fault is latched",
             Self::Disabled => "the motors are disabled",
             Self::Moving => "the vehicle moves",
+            Self::Standing => "the vehicle turns only while it moves",
             Self::Correction(error) => return error.fmt(f),
         })
     }

@@ -41,6 +41,8 @@ pub enum Error {
     Disabled,
     /// The vehicle moves.
     Moving,
+    /// The vehicle turns only while it moves, and stands.
+    Standing,
     /// No such parameter.
     Unknown,
     /// Not a covariance, or not a gain.
@@ -101,6 +103,9 @@ impl Error {
             Self::Moving => {
                 text.str("moving not while the vehicle moves");
             }
+            Self::Standing => {
+                text.str("standing turns only while it moves");
+            }
             Self::Unknown => {
                 text.str("unknown no such parameter");
             }
@@ -155,6 +160,7 @@ pub fn refuse(refusal: Refusal) -> Error {
         Refusal::Fault(fault) => Error::Fault(fault),
         Refusal::Disabled => Error::Disabled,
         Refusal::Moving => Error::Moving,
+        Refusal::Standing => Error::Standing,
         Refusal::Correction(CorrectionError::Gate(distance)) => Error::Gate(distance),
         Refusal::Correction(CorrectionError::NotPositive) => Error::NotPsd,
         Refusal::Correction(CorrectionError::Gains) => Error::Range {

@@ -7,13 +7,13 @@ use super::storage::Stage;
 use super::text::Text;
 use super::{Desk, Interpreter, PROTOCOL_VERSION, motion_defaults, reply};
 use crate::controller::AxisCommand;
-use crate::params::{DEGREES, Id, Kind, Params};
+use crate::params::{Blueprint, DEGREES, Id, Kind, Params};
 
 impl Interpreter {
     #[inline(never)]
-    pub(super) fn execute(
+    pub(super) fn execute<C: Blueprint>(
         &mut self,
-        desk: &mut Desk,
+        desk: &mut Desk<C>,
         command: &Command,
         text: &mut Text,
     ) -> Result<(), Error> {
@@ -47,6 +47,11 @@ impl Interpreter {
                 reply::help(text, subject);
                 return Ok(());
             }
+            Command::GetParam(id) | Command::SetParam(id, _)
+                if !id.is_of(self.params.vehicle()) =>
+            {
+                return Err(Error::Unknown);
+            }
             Command::GetParam(id) => {
                 reply::param(text, &self.params, id);
                 return Ok(());
@@ -62,7 +67,11 @@ impl Interpreter {
     }
 
     #[inline(never)]
-    fn calibrate(&mut self, desk: &mut Desk, what: Calibrate) -> Result<(), Error> {
+    fn calibrate<C: Blueprint>(
+        &mut self,
+        desk: &mut Desk<C>,
+        what: Calibrate,
+    ) -> Result<(), Error> {
         match what {
             Calibrate::Learn(learns) => desk.learn(learns),
             Calibrate::Reset => {
@@ -79,7 +88,7 @@ impl Interpreter {
     }
 
     /// What has been learned, whoever has taught it, is kept with the parameters. A prior that nothing was learned of stays one.
-    pub(super) fn note_gains(&mut self, desk: &Desk) {
+    pub(super) fn note_gains<C: Blueprint>(&mut self, desk: &Desk<C>) {
         let known = desk.calibration();
         if *known != self.params.calibration() {
             self.params.learn(known);
@@ -87,7 +96,12 @@ impl Interpreter {
     }
 
     #[inline(never)]
-    fn set_param(&mut self, desk: &mut Desk, id: Id, value: f32) -> Result<(), Error> {
+    fn set_param<C: Blueprint>(
+        &mut self,
+        desk: &mut Desk<C>,
+        id: Id,
+        value: f32,
+    ) -> Result<(), Error> {
         let mut params = self.params;
         params.set(id, value).map_err(refuse_param)?;
         let kind = id.spec().kind;
@@ -100,16 +114,16 @@ impl Interpreter {
     }
 
     #[inline(never)]
-    pub(super) fn execute_plain(
+    pub(super) fn execute_plain<C: Blueprint>(
         &mut self,
-        desk: &mut Desk,
+        desk: &mut Desk<C>,
         keyword: Keyword,
         text: &mut Text,
     ) -> Result<(), Error> {
         match keyword {
             Keyword::GetEstPos => reply::est_pos(text, &desk.get_est_pos()),
             Keyword::GetEstSpeed => reply::est_speed(text, desk.snapshot()),
-            Keyword::GetGains => reply::gains(text, desk.calibration()),
+            Keyword::GetGains => reply::gains(text, desk.calibration(), &self.params),
             Keyword::GetStatus => reply::status(text, desk.snapshot()),
             Keyword::GetState => reply::state(text, desk.snapshot()),
             Keyword::GetTime => reply::time(text, desk.snapshot()),
@@ -123,7 +137,7 @@ impl Interpreter {
                     .integer(i64::from(PROTOCOL_VERSION));
             }
             Keyword::ListParams => {
-                text.str("Params").integer(Id::COUNT as i64);
+                text.str("Params").integer(self.params.ids().count() as i64);
                 self.listing = Some(0);
             }
             Keyword::SaveParams => return self.send_to_store(Stage::Save, desk),
@@ -137,7 +151,7 @@ impl Interpreter {
     }
 
     /// Commands without parameters that are answered `OK`.
-    fn act(&mut self, desk: &mut Desk, keyword: Keyword) -> Result<(), Error> {
+    fn act<C: Blueprint>(&mut self, desk: &mut Desk<C>, keyword: Keyword) -> Result<(), Error> {
         match keyword {
             Keyword::Stop => {
                 self.halt = false;
@@ -156,9 +170,9 @@ impl Interpreter {
         }
     }
 
-    pub(super) fn take_params(
+    pub(super) fn take_params<C: Blueprint>(
         &mut self,
-        desk: &mut Desk,
+        desk: &mut Desk<C>,
         params: &Params,
         geometry: bool,
     ) -> Result<(), Error> {

@@ -20,7 +20,7 @@ pub use error::Error;
 pub use text::MAX_LINE;
 
 use crate::controller::{AxisCommand, Event, Interface, Snapshot};
-use crate::params::{Fallback, Id, Params, radians};
+use crate::params::{Blueprint, Fallback, Id, Params, radians};
 use crate::supervisor::Fault;
 use crate::time::Duration;
 use crate::vehicle::differential;
@@ -37,8 +37,8 @@ use text::Text;
 /// Version of the protocol.
 pub const PROTOCOL_VERSION: u32 = 1;
 
-/// The desk that the interpreter works on.
-pub type Desk = Interface<differential::Config>;
+/// The desk that the interpreter works on: of a differential drive, if no other vehicle is named.
+pub type Desk<C = differential::Config> = Interface<C>;
 
 /// So many lines may wait for their replies.
 const MAX_UNANSWERED: usize = 4;
@@ -228,7 +228,7 @@ impl Interpreter {
 
     /// Does what can be done now: tells events, carries commands out, sends telemetry. Call it after each update of the desk, and whenever bytes
     /// came in or went out.
-    pub fn poll(&mut self, desk: &mut Desk) {
+    pub fn poll<C: Blueprint>(&mut self, desk: &mut Desk<C>) {
         // Its reply waits for its turn; the motors do not.
         if core::mem::take(&mut self.emergency) {
             desk.emergency_stop();
@@ -284,7 +284,7 @@ impl Interpreter {
     }
 
     /// Answers one line, or goes on with a list; false if there is nothing to do or the desk is not ready.
-    fn answer_next(&mut self, desk: &mut Desk) -> bool {
+    fn answer_next<C: Blueprint>(&mut self, desk: &mut Desk<C>) -> bool {
         if let Some(next) = self.listing {
             self.list(next);
             return true;
@@ -319,9 +319,9 @@ impl Interpreter {
 
     #[inline(never)]
     fn list(&mut self, next: usize) {
-        self.listing = Id::ALL.get(next).map(|id| {
+        self.listing = self.params.ids().nth(next).map(|id| {
             let mut text = Text::default();
-            reply::param_row(&mut text, &self.params, *id);
+            reply::param_row(&mut text, &self.params, id);
             self.send(&mut text);
             next + 1
         });
@@ -344,7 +344,7 @@ impl Interpreter {
     }
 
     #[inline(never)]
-    fn answer_waiting(&mut self, desk: &mut Desk) {
+    fn answer_waiting<C: Blueprint>(&mut self, desk: &mut Desk<C>) {
         let Some(Waiting {
             address,
             letters,
@@ -393,7 +393,7 @@ impl Interpreter {
     }
 
     #[inline(never)]
-    fn answer_late(&mut self, desk: &mut Desk, late: Late) {
+    fn answer_late<C: Blueprint>(&mut self, desk: &mut Desk<C>, late: Late) {
         let (Late::Busy(address, _) | Late::Stops(address, _)) = late;
         let mut text = begin(address);
         match late {

@@ -5,6 +5,7 @@ use super::text::Text;
 use crate::controller::{Estimate, Event, Snapshot};
 use crate::params::{DEGREES, Fallback, Id, Params};
 use crate::vehicle::Calibration;
+use crate::vehicle::gains::OFFSET;
 
 /// Writes a heading in degrees, wrapped to (−180, 180] after rounding to 5 decimals.
 pub fn heading(text: &mut Text, theta: f64) {
@@ -32,14 +33,16 @@ pub fn est_pos(text: &mut Text, estimate: &Estimate) {
         .scientific(c.m33 * DEGREES * DEGREES);
 }
 
-/// `Gains k_r k_l k_b` and their standard deviations.
-pub fn gains(text: &mut Text, calibration: &Calibration) {
+/// `Gains`, those that the vehicle has (k_r k_l k_b of a differential drive), and their standard deviations; of an offset in degrees.
+pub fn gains(text: &mut Text, calibration: &Calibration, params: &Params) {
     text.str("Gains");
-    for gain in calibration.gains {
-        text.fixed(f64::from(gain), 6);
-    }
-    for deviation in calibration.spread.deviations() {
-        text.fixed(f64::from(deviation), 6);
+    for numbers in [calibration.gains, calibration.spread.deviations()] {
+        for (place, (number, id)) in numbers.into_iter().zip(params.gains()).enumerate() {
+            let unit = if place == OFFSET { DEGREES } else { 1.0 };
+            if id.is_some() {
+                text.fixed(f64::from(number) * unit, 6);
+            }
+        }
     }
 }
 

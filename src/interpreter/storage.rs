@@ -2,7 +2,7 @@
 
 use super::{Address, Desk, Error, Identity, Interpreter};
 use crate::params::store::{Flash, Store};
-use crate::params::{Fallbacks, Params, Restored};
+use crate::params::{Blueprint, Fallbacks, Params, Restored};
 
 /// How far it has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +50,7 @@ impl Interpreter {
     }
 
     /// Does a step of what was asked of the store.
-    pub fn attend<F: Flash>(&mut self, store: &mut Store<F>, desk: &mut Desk) {
+    pub fn attend<F: Flash, C: Blueprint>(&mut self, store: &mut Store<F>, desk: &mut Desk<C>) {
         let Some(errand) = &mut self.storage.errand else {
             return;
         };
@@ -74,7 +74,11 @@ impl Interpreter {
     }
 
     #[inline(never)]
-    fn load<F: Flash>(&mut self, store: &mut Store<F>, desk: &mut Desk) -> Result<(), Error> {
+    fn load<F: Flash, C: Blueprint>(
+        &mut self,
+        store: &mut Store<F>,
+        desk: &mut Desk<C>,
+    ) -> Result<(), Error> {
         let restored = store.load(&self.defaults).map_err(Error::Store)?;
         self.take_params(desk, &restored.params, true)?;
         self.storage.fallbacks = restored.fallbacks;
@@ -82,7 +86,11 @@ impl Interpreter {
     }
 
     /// Goes to the store; it is answered when the errand is done.
-    pub(super) fn send_to_store(&mut self, stage: Stage, desk: &Desk) -> Result<(), Error> {
+    pub(super) fn send_to_store<C: Blueprint>(
+        &mut self,
+        stage: Stage,
+        desk: &Desk<C>,
+    ) -> Result<(), Error> {
         if desk.snapshot().is_moving() {
             return Err(Error::Moving);
         }

@@ -1,7 +1,7 @@
 //! Symmetric positive semi-definite matrices, kept so against rounding.
 
 use super::matrix::{add_outer, symmetric_part};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// The matrix is further from its transpose than rounding explains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,8 +34,14 @@ const NEGATIVE: f64 = -1e-5;
 
 /// True if every element is finite.
 #[must_use]
-pub fn is_finite(m: &Matrix3<f64>) -> bool {
-    m.iter().all(|e| e.is_finite())
+pub fn is_finite<const R: usize, const C: usize>(m: &SMatrix<f64, R, C>) -> bool {
+    all_finite(m.as_slice())
+}
+
+/// Of no constant length: one for all shapes.
+#[inline(never)]
+fn all_finite(elements: &[f64]) -> bool {
+    elements.iter().all(|e| e.is_finite())
 }
 
 /// The symmetric part of `m`.

@@ -3,18 +3,27 @@
 //! They are stored as they were written (degrees stay degrees), so that a value reads back as it was set. [`Params::build`] makes the active
 //! form, in SI and radians, once per change.
 
+mod differential;
+mod gains;
+#[cfg(feature = "vehicles")]
+mod others;
 mod restore;
 pub mod store;
 mod table;
 
 pub use restore::{Fallback, Fallbacks, Restored};
-pub use table::{Id, Kind, Spec};
+pub use table::{Id, Kind, Kinds, Spec};
+
+// What depends on the vehicle: a firmware for the differential drive alone knows no other.
+#[cfg(not(feature = "vehicles"))]
+use differential::{gains_of, own_defaults, prior, steering_noise, turns_in_place};
+#[cfg(feature = "vehicles")]
+use others::{gains_of, own_defaults, prior, steering_noise, turns_in_place};
 
 use crate::controller::{AxisConfig, Config, Limits, Noise, Sensing};
-use crate::math::sqrt;
 use crate::supervisor::{self, MotorModel};
 use crate::time::Duration;
-use crate::vehicle::{self, Calibration, Spread, differential, servo};
+use crate::vehicle::{self, servo};
 use core::f32::consts::PI;
 
 /// Why a parameter was refused. Nothing has changed.
@@ -42,31 +51,25 @@ impl core::fmt::Display for ParamError {
 }
 impl core::error::Error for ParamError {}
 
-/// A complete, valid set of parameters.
+/// A complete, valid set of parameters of a vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
+    vehicle: vehicle::Kind,
     values: [f32; Id::COUNT],
 }
 
+/// Those of a new differential drive.
 impl Default for Params {
     fn default() -> Self {
-        Self {
-            values: Id::ALL.map(|id| id.spec().default),
-        }
+        Self::of(vehicle::Kind::Differential)
     }
 }
 
-/// The gains, in the order of [`Calibration`]: of the right wheel, the left wheel, the wheel base.
-pub const GAINS: [Id; vehicle::GAINS] = [Id::GainRight, Id::GainLeft, Id::GainBase];
-/// The root of their covariance, in the order of [`Spread`]: by rows.
-pub const SPREAD: [Id; 6] = [
-    Id::SpreadRr,
-    Id::SpreadLr,
-    Id::SpreadLl,
-    Id::SpreadBr,
-    Id::SpreadBl,
-    Id::SpreadBb,
-];
+/// A vehicle's configuration, which is built from its parameters.
+pub trait Blueprint: Copy {
+    /// The active form: in SI and radians. The parameters are those of this vehicle.
+    fn build(params: &Params) -> Self;
+}
 
 /// Pairs of which the first must not exceed the second.
 const ORDERED: [(Id, Id); 6] = [
@@ -86,6 +89,31 @@ const REST_TURN_SPEED: f32 = 3.0;
 const GUESSED_SUPPLY: f32 = 0.15;
 
 impl Params {
+    /// Those of a new vehicle.
+    #[must_use]
+    pub fn of(vehicle: vehicle::Kind) -> Self {
+        let mut params = Self {
+            vehicle,
+            values: Id::ALL.map(|id| id.spec().default),
+        };
+        for (id, value) in own_defaults(vehicle) {
+            params.put(*id, *value);
+        }
+        params
+    }
+
+    /// Whose they are.
+    #[must_use]
+    pub fn vehicle(&self) -> vehicle::Kind {
+        self.vehicle
+    }
+
+    /// The parameters that this vehicle has, in the order in which they are listed.
+    pub fn ids(&self) -> impl Iterator<Item = Id> + use<> {
+        let vehicle = self.vehicle;
+        Id::ALL.iter().copied().filter(move |id| id.is_of(vehicle))
+    }
+
     /// The value, in the parameter's unit.
     #[must_use]
     pub fn get(&self, id: Id) -> f32 {
@@ -142,12 +170,13 @@ impl Params {
             acceleration: self.get(Id::MaxAccel),
             turn_speed: radians(self.get(Id::MaxTurnSpeed)),
             turn_acceleration: radians(self.get(Id::MaxTurnAccel)),
+            turns_in_place: turns_in_place(self),
         }
     }
 
     /// The active configuration, for a tick of the given period.
     #[must_use]
-    pub fn build(&self, period: Duration) -> Config<differential::Config> {
+    pub fn build<C: Blueprint>(&self, period: Duration) -> Config<C> {
         let axis = |gain, lag, tolerance, rest_speed| AxisConfig {
             gain,
             max_error: lag,
@@ -175,6 +204,7 @@ impl Params {
                 drift: radians(radians(self.get(Id::NoiseDrift))),
                 // °²/° is °, and rad²/rad is rad.
                 rotation: radians(self.get(Id::NoiseRot)),
+                steering: steering_noise(self),
             },
             calibration: self.calibration(),
             anew: false,
@@ -186,63 +216,7 @@ impl Params {
                 estop_input: self.is_on(Id::EstopInput),
             },
             supervision: self.supervision(),
-            vehicle: self.vehicle(),
-        }
-    }
-
-    /// What is known of the gains: what was learned, or the prior (theory section 6).
-    pub(crate) fn calibration(&self) -> Calibration {
-        let root = SPREAD.map(|id| self.get(id));
-        let spread = if root == [0.0; 6] {
-            self.prior()
-        } else {
-            Spread { root }
-        };
-        Calibration {
-            gains: GAINS.map(|id| self.get(id)),
-            spread,
-        }
-    }
-
-    /// K_drift makes the wheels differ, K_scale is common to both, K_rot is the base's: Var k_r = Var k_l = σ_d² + σ_δ², Cov = σ_d² − σ_δ²,
-    /// σ_δ = w √K_drift / 2.
-    fn prior(&self) -> Spread {
-        let different = 0.5 * self.get(Id::WheelBase) * radians(1.0) * sqrt(self.get(Id::KDrift));
-        let (different, common) = (different * different, self.get(Id::KScale));
-        let wheel = sqrt(common + different);
-        let over = |a: f32| if wheel > 0.0 { a / wheel } else { 0.0 };
-        Spread {
-            root: [
-                wheel,
-                over(common - different),
-                // The variance that is left: (a + b) − (a − b)²/(a + b) = 4ab/(a + b).
-                over(2.0 * sqrt(common * different)),
-                0.0,
-                0.0,
-                sqrt(self.get(Id::KRot)),
-            ],
-        }
-    }
-
-    /// Takes over what has been learned of the gains.
-    pub fn learn(&mut self, calibration: &Calibration) {
-        for (id, gain) in GAINS.into_iter().zip(calibration.gains) {
-            self.put(id, gain);
-        }
-        for (id, element) in SPREAD.into_iter().zip(calibration.spread.root) {
-            self.put(id, element);
-        }
-    }
-
-    /// Forgets it.
-    pub fn unlearn(&mut self) {
-        self.learn(&Calibration::default());
-    }
-
-    /// The gains are what they are, but as uncertain as if nothing had been learned.
-    pub fn doubt_gains(&mut self) {
-        for id in SPREAD {
-            self.put(id, 0.0);
+            vehicle: C::build(self),
         }
     }
 
@@ -271,11 +245,9 @@ impl Params {
         }
     }
 
-    /// The vehicle's part of the configuration.
-    #[inline(never)]
-    #[must_use]
-    pub fn vehicle(&self) -> differential::Config {
-        let servo = |reversed| servo::Config {
+    /// The servo of one motor.
+    fn servo(&self, reversed: Id) -> servo::Config {
+        servo::Config {
             static_friction: self.get(Id::MotorFriction),
             speed_gain: self.get(Id::MotorSpeedGain),
             acceleration_gain: self.get(Id::MotorAccelGain),
@@ -283,36 +255,30 @@ impl Params {
             integral: self.get(Id::ServoI),
             integral_limit: self.get(Id::ServoILimit),
             max_duty: self.get(Id::MaxDuty),
-            reversed,
-        };
-        // K = 2πR r/N; the gear ratio is part of the counts per turn of the wheel.
-        let per_count = |diameter| {
-            core::f64::consts::PI * f64::from(self.get(diameter))
-                / f64::from(self.get(Id::CountsPerTurn))
-        };
-        differential::Config {
-            geometry: differential::Geometry::new(
-                f64::from(self.get(Id::WheelBase)),
-                per_count(Id::LeftDiameter),
-                per_count(Id::RightDiameter),
-                GAINS.map(|id| self.get(id)),
-            ),
-            max_wheel_speed: self.get(Id::MaxWheelSpeed),
-            observer_bandwidth: 2.0 * PI * self.get(Id::ObserverBandwidth),
-            encoder_reversed: [
-                self.is_on(Id::LeftEncoderReversed),
-                self.is_on(Id::RightEncoderReversed),
-            ],
-            servo: [
-                servo(self.is_on(Id::LeftMotorReversed)),
-                servo(self.is_on(Id::RightMotorReversed)),
-            ],
+            reversed: self.is_on(reversed),
         }
+    }
+
+    /// K = 2πR r/N, m per count; the gear ratio is part of the counts per turn of the wheel.
+    fn metres_per_count(&self, diameter: Id) -> f64 {
+        core::f64::consts::PI * f64::from(self.get(diameter))
+            / f64::from(self.get(Id::CountsPerTurn))
+    }
+
+    /// Bandwidth of the speed observers, rad/s.
+    fn observer_bandwidth(&self) -> f32 {
+        2.0 * PI * self.get(Id::ObserverBandwidth)
     }
 }
 
 /// Degrees in a radian: the protocol's unit of angles, which ends here and in the interpreter.
 pub const DEGREES: f64 = 180.0 / core::f64::consts::PI;
+
+/// Radians to degrees.
+#[must_use]
+pub fn degrees(radians: f32) -> f32 {
+    (f64::from(radians) * DEGREES) as f32
+}
 
 /// Degrees to radians.
 #[must_use]

@@ -65,7 +65,7 @@ impl Restored {
 
     /// Takes an entry over; the defaults are there already.
     pub(super) fn take(&mut self, key: u32, value: f32) {
-        let Some(id) = Id::ALL.into_iter().find(|id| id.key() == key) else {
+        let Some(id) = self.params.ids().find(|id| id.key() == key) else {
             self.fallbacks.unknown = self.fallbacks.unknown.saturating_add(1);
             return;
         };

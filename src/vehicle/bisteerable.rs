@@ -2,4 +2,389 @@
 
 mod geometry;
 
+use super::steering::{self, Helm, Steering};
+use super::{
+    Counter, Drive, Encoder, GAINS, Influence, Motion, OutputError, Relation, Twist,
+    VirtualVehicle, Wheel, WheelCommand, differential, observer::Observers, servo,
+};
+use crate::math::{larger, limit, sqrt};
+use differential::Carry;
+use embedded_hal_02::Qei;
 pub use geometry::{Geometry, RearSteering, Wheels};
+
+/// Which wheels tell the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Odometry {
+    /// Those of the rear axle.
+    #[default]
+    Rear,
+    /// Those of the front axle.
+    Front,
+    /// All four, each axle by how well it knows.
+    Four,
+}
+
+/// Everything that parameters decide about this vehicle. Wheels come left first; those of the front axle are like those behind them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    /// Distance L of the axles, m.
+    pub wheel_base: f32,
+    /// Nominal track B of both axles (distance of a pair's contacts), m.
+    pub track: f32,
+    /// f: how the rear axle is steered.
+    pub rear_steering: RearSteering,
+    /// How the displacements of an axle's wheels make up its centre's.
+    pub relation: Relation,
+    /// Which wheels tell the motion. Without encoders in front, those of the rear axle do.
+    pub odometry: Odometry,
+    /// Nominal metres for each count.
+    pub metres_per_count: [f64; 2],
+    /// True over nominal: k_r of the right wheels, k_l of the left ones, k_b of the track; φ₀ of the steering, rad.
+    pub gains: [f32; GAINS],
+    /// Largest speed of a wheel's circumference, m/s.
+    pub max_wheel_speed: f32,
+    /// Bandwidth of the speed observers, rad/s.
+    pub observer_bandwidth: f32,
+    /// Encoder counts fall when the wheel rolls forward.
+    pub encoder_reversed: [bool; 2],
+    /// The servos of the rear wheels' motors.
+    pub servo: [servo::Config; 2],
+    /// What turns the wheels. Its offset is the gains' φ₀.
+    pub steering: steering::Config,
+}
+
+/// Below this speed (m/s) the car is all but at rest: it steers first.
+const CRAWL: f32 = 0.01;
+
+/// A car: encoders and motors of the rear wheels, perhaps encoders of the front ones, and what steers it.
+#[derive(Debug)]
+pub struct BiSteerable<RL, RR, FL, FR, DL, DR, S>
+where
+    RL: Qei<Count: Counter>,
+    RR: Qei<Count: Counter>,
+    FL: Qei<Count: Counter>,
+    FR: Qei<Count: Counter>,
+{
+    left: Encoder<RL>,
+    right: Encoder<RR>,
+    front: Option<(Encoder<FL>, Encoder<FR>)>,
+    left_motor: DL,
+    right_motor: DR,
+    helm: Helm<S>,
+    config: Config,
+    geometry: Geometry,
+    /// The rear axle while it is not steered: a differential drive, to the bit.
+    straight: differential::Geometry,
+    carry: Carry,
+    rear_observers: Observers<2>,
+    front_observers: Observers<2>,
+    /// Where the wheels are to point while the car is all but at rest, rad.
+    aim: f32,
+    duty: [f32; 2],
+}
+
+impl<RL, RR, FL, FR, DL, DR, S> BiSteerable<RL, RR, FL, FR, DL, DR, S>
+where
+    RL: Qei<Count: Counter>,
+    RR: Qei<Count: Counter>,
+    FL: Qei<Count: Counter>,
+    FR: Qei<Count: Counter>,
+    DL: Drive,
+    DR: Drive,
+    S: Steering,
+{
+    /// Takes encoders, motors and the steering over. `front` are the encoders of the front wheels, where there are some.
+    #[allow(clippy::too_many_arguments, reason = "these are its parts")]
+    pub fn new(
+        left: RL,
+        right: RR,
+        front: Option<(FL, FR)>,
+        left_motor: DL,
+        right_motor: DR,
+        steering: S,
+        config: &Config,
+    ) -> Self {
+        let mut vehicle = Self {
+            left: Encoder::new(left),
+            right: Encoder::new(right),
+            front: front.map(|(left, right)| (Encoder::new(left), Encoder::new(right))),
+            left_motor,
+            right_motor,
+            helm: Helm::new(steering, &config.steering),
+            config: *config,
+            geometry: config.geometry(config.track),
+            straight: differential::Geometry::default(),
+            carry: Carry::default(),
+            rear_observers: Observers::new(config.observer_bandwidth),
+            front_observers: Observers::new(config.observer_bandwidth),
+            aim: 0.0,
+            duty: [0.0; 2],
+        };
+        vehicle.configure(config);
+        vehicle.aim = vehicle.helm.sense();
+        vehicle
+    }
+
+    /// Which wheels tell the motion, of those that can.
+    fn odometry(&self) -> Odometry {
+        if self.front.is_some() {
+            self.config.odometry
+        } else {
+            Odometry::Rear
+        }
+    }
+
+    /// What the two axles say of the rear one's centre, as one.
+    fn merged(&self, rear: Twist, from_front: Twist, angle: f32) -> Twist {
+        match self.odometry() {
+            Odometry::Rear => rear,
+            Odometry::Front => from_front,
+            Odometry::Four => self.geometry.fused(rear, from_front, angle),
+        }
+    }
+
+    /// The twist of the reference point by the wheels' speeds or accelerations.
+    fn twist(&self, wheels: &Wheels, angle: f32) -> Twist {
+        let rear = self.geometry.rear(wheels.rear, angle);
+        let twist = match self.odometry() {
+            Odometry::Rear => rear,
+            _ => self.merged(rear, self.geometry.front(wheels.front, angle), angle),
+        };
+        self.geometry.at_reference(twist, angle)
+    }
+
+    fn angle_for(&self, twist: Twist) -> f32 {
+        match self.geometry.steering_towards(twist) {
+            Some(angle) => limit(angle, self.helm.max_angle()),
+            None => self.aim,
+        }
+    }
+}
+
+impl Config {
+    fn geometry(&self, track: f32) -> Geometry {
+        Geometry::new(
+            self.wheel_base,
+            [track; 2],
+            self.rear_steering,
+            self.relation,
+        )
+    }
+}
+
+impl<RL, RR, FL, FR, DL, DR, S> VirtualVehicle for BiSteerable<RL, RR, FL, FR, DL, DR, S>
+where
+    RL: Qei<Count: Counter>,
+    RR: Qei<Count: Counter>,
+    FL: Qei<Count: Counter>,
+    FR: Qei<Count: Counter>,
+    DL: Drive,
+    DR: Drive,
+    S: Steering,
+{
+    type Config = Config;
+
+    const STEERS: bool = true;
+
+    fn configure(&mut self, config: &Config) {
+        self.config = *config;
+        self.carry = Carry::default();
+        let [left, right] = config.encoder_reversed;
+        self.left.set_reversed(left);
+        self.right.set_reversed(right);
+        if let Some((front_left, front_right)) = &mut self.front {
+            front_left.set_reversed(left);
+            front_right.set_reversed(right);
+        }
+        self.left_motor.configure(&config.servo[0]);
+        self.right_motor.configure(&config.servo[1]);
+        self.helm.configure(&config.steering);
+        self.rear_observers.configure(config.observer_bandwidth);
+        self.front_observers.configure(config.observer_bandwidth);
+        self.set_gains(config.gains);
+    }
+
+    fn set_gains(&mut self, gains: [f32; GAINS]) {
+        self.config.gains = gains;
+        let [right, left, base, offset] = gains;
+        let track = f64::from(self.config.track);
+        let [of_left, of_right] = self.config.metres_per_count;
+        let of_axle = [right, left, base, 0.0];
+        self.straight = differential::Geometry::new(track, of_left, of_right, of_axle);
+        self.geometry = self.config.geometry(base * self.config.track);
+        self.helm.set_offset(offset);
+    }
+
+    fn influence(&self) -> Influence {
+        let angle = self.helm.angle();
+        let [mut rear, front] = self.geometry.influence(angle);
+        for ((of_rear, of_front), gain) in rear.by_gain.iter_mut().zip(front.by_gain).zip([
+            self.config.gains[0],
+            self.config.gains[1],
+            self.config.gains[2],
+            1.0,
+        ]) {
+            // By ΔS and by Δα: each is a twist.
+            let [ss, sa, as_, aa] = *of_rear;
+            let [front_ss, front_sa, front_as, front_aa] = of_front;
+            let twist = |translation, rotation| Twist {
+                translation,
+                rotation,
+            };
+            let by_s = self.merged(twist(ss, as_), twist(front_ss, front_as), angle);
+            let by_a = self.merged(twist(sa, aa), twist(front_sa, front_aa), angle);
+            *of_rear = [
+                by_s.translation / gain,
+                by_a.translation / gain,
+                by_s.rotation / gain,
+                by_a.rotation / gain,
+            ];
+        }
+        rear
+    }
+
+    fn resolution(&self) -> Twist {
+        self.straight.resolution()
+    }
+
+    fn max_curvature(&self) -> f32 {
+        self.geometry.path_curvature(self.helm.max_angle())
+    }
+
+    /// The radius of the tightest circle.
+    fn heading_distance(&self) -> f32 {
+        1.0 / self.max_curvature()
+    }
+
+    fn prepare(&mut self, present: Twist, next: Twist) -> bool {
+        if present.translation.abs() > CRAWL {
+            return true;
+        }
+        self.aim = self.angle_for(next);
+        self.helm.points_to(self.aim)
+    }
+
+    fn steering(&self) -> f32 {
+        self.helm.angle()
+    }
+
+    fn sense(&mut self, dt: f32) -> Motion {
+        let counts = [self.left.read(), self.right.read()];
+        let rear = self.straight.rolled(counts);
+        let front = match &mut self.front {
+            Some((left, right)) => self.straight.rolled([left.read(), right.read()]),
+            None => [0.0; 2],
+        };
+        let angle = self.helm.sense();
+        self.rear_observers.update(rear, dt);
+        self.front_observers.update(front, dt);
+        let increment =
+            if self.odometry() == Odometry::Rear && self.geometry.direction(angle) == 0.0 {
+                self.carry.advance(&self.straight, counts)
+            } else {
+                let [by_rear, by_front] = self.geometry.scaling(angle);
+                let from_front = self.geometry.from_front(by_front.twist(front), angle);
+                let twist = self.merged(by_rear.twist(rear), from_front, angle);
+                self.geometry.at_reference(twist, angle)
+            };
+        let speeds = Wheels {
+            rear: self.rear_observers.speeds(),
+            front: self.front_observers.speeds(),
+        };
+        let accelerations = Wheels {
+            rear: self.rear_observers.accelerations(),
+            front: self.front_observers.accelerations(),
+        };
+        Motion {
+            increment,
+            speed: self.twist(&speeds, angle),
+            acceleration: self.twist(&accelerations, angle),
+            rolled: rear,
+        }
+    }
+
+    fn share(&self, wanted: Twist, supply: f32) -> f32 {
+        // The outer rear wheel, which is not faster than the axle's centre and what the turn adds to it.
+        let aside = wanted.rotation * self.geometry.reference();
+        let centre = sqrt(wanted.translation * wanted.translation + aside * aside);
+        let fastest = centre + 0.5 * (wanted.rotation * self.geometry.rear_axle().track()).abs();
+        servo::share(
+            fastest,
+            self.config.max_wheel_speed,
+            &self.config.servo,
+            supply,
+        )
+    }
+
+    fn holds_load(&self) -> bool {
+        self.left_motor.holds_load() || self.right_motor.holds_load()
+    }
+
+    fn drive(
+        &mut self,
+        speed: Twist,
+        acceleration: Twist,
+        supply: f32,
+        dt: f32,
+    ) -> Result<(), OutputError> {
+        if speed.translation.abs() > CRAWL {
+            self.aim = self.angle_for(speed);
+        }
+        self.helm.steer(self.aim, dt)?;
+        // On the circle on which the wheels stand now: against it they would scrub.
+        let angle = self.helm.angle();
+        let wheels = |twist: Twist| {
+            let rear = self.geometry.at_rear(twist, angle);
+            self.geometry.wheel_speeds(rear.translation, angle).rear
+        };
+        let (mut speeds, mut accelerations) = (wheels(speed), wheels(acceleration));
+        let fastest = larger(speeds[0].abs(), speeds[1].abs());
+        let limit = self.config.max_wheel_speed;
+        if fastest > limit {
+            let scale = limit / fastest;
+            speeds = speeds.map(|speed| scale * speed);
+            accelerations = accelerations.map(|acceleration| scale * acceleration);
+        }
+        let measured = self.rear_observers.speeds();
+        let command = |wheel: usize| WheelCommand {
+            speed: speeds[wheel],
+            acceleration: accelerations[wheel],
+            measured: measured[wheel],
+        };
+        let (left, right) = (command(0), command(1));
+        self.duty = [
+            self.left_motor.command(left, supply, dt)?,
+            self.right_motor.command(right, supply, dt)?,
+        ];
+        Ok(())
+    }
+
+    /// The steering is held.
+    fn brake(&mut self) -> Result<(), OutputError> {
+        self.duty = [0.0; 2];
+        let left = self.left_motor.brake();
+        let right = self.right_motor.brake();
+        left.and(right)
+    }
+
+    fn off(&mut self) -> Result<(), OutputError> {
+        self.duty = [0.0; 2];
+        let left = self.left_motor.off();
+        let right = self.right_motor.off();
+        let steering = self.helm.off();
+        left.and(right).and(steering)
+    }
+
+    /// The rear wheels.
+    fn wheels(&self) -> [Wheel; 2] {
+        let speeds = self.rear_observers.speeds();
+        let wheel = |index: usize, count| Wheel {
+            count,
+            speed: speeds[index],
+            duty: self.duty[index],
+        };
+        [wheel(0, self.left.total()), wheel(1, self.right.total())]
+    }
+}

@@ -3,12 +3,12 @@
 mod geometry;
 
 use super::{
-    Counter, Drive, Encoder, GAINS, Gains, Influence, Motion, Observer, OutputError, Twist,
-    VirtualVehicle, Wheel, WheelCommand, servo,
+    Counter, Drive, Encoder, GAINS, Influence, Motion, OutputError, Twist, VirtualVehicle, Wheel,
+    WheelCommand, observer::Observers, servo,
 };
-use crate::math::{larger, smaller};
+use crate::math::larger;
 use embedded_hal_02::Qei;
-use geometry::Carry;
+pub(super) use geometry::Carry;
 pub use geometry::Geometry;
 
 /// Everything that parameters decide about this vehicle.
@@ -27,11 +27,6 @@ pub struct Config {
     pub servo: [servo::Config; 2],
 }
 
-/// References use this much of the wheels' speed; the rest is for corrections.
-const HEADROOM: f32 = 0.96;
-/// A battery that is all but empty slows the references down, but does not stop them.
-const SMALLEST_SHARE: f32 = 0.05;
-
 /// A differential drive: two encoders, two motors.
 #[derive(Debug)]
 pub struct DifferentialDrive<L, R, DL, DR>
@@ -45,9 +40,7 @@ where
     right_drive: DR,
     config: Config,
     carry: Carry,
-    observers: [Observer; 2],
-    gains: Gains,
-    gains_dt: f32,
+    observers: Observers<2>,
     duty: [f32; 2],
 }
 
@@ -60,7 +53,6 @@ where
 {
     /// Takes encoders and drives over.
     pub fn new(left: L, right: R, left_drive: DL, right_drive: DR, config: &Config) -> Self {
-        let nominal_dt = 1e-3;
         let mut vehicle = Self {
             left: Encoder::new(left),
             right: Encoder::new(right),
@@ -68,26 +60,11 @@ where
             right_drive,
             config: *config,
             carry: Carry::default(),
-            observers: [Observer::default(); 2],
-            gains: Gains::new(config.observer_bandwidth, nominal_dt),
-            gains_dt: nominal_dt,
+            observers: Observers::new(config.observer_bandwidth),
             duty: [0.0; 2],
         };
         vehicle.configure(config);
         vehicle
-    }
-
-    /// Another interval than before. After a gap there is no telling how the speed came about.
-    #[cold]
-    #[inline(never)]
-    fn retune(&mut self, metres: [f32; 2], dt: f32) {
-        self.gains = Gains::new(self.config.observer_bandwidth, dt);
-        self.gains_dt = dt;
-        if dt > Observer::GAP {
-            for (observer, moved) in self.observers.iter_mut().zip(metres) {
-                observer.restart(moved / dt);
-            }
-        }
     }
 }
 
@@ -107,7 +84,7 @@ where
         self.right.set_reversed(config.encoder_reversed[1]);
         self.left_drive.configure(&config.servo[0]);
         self.right_drive.configure(&config.servo[1]);
-        self.gains = Gains::new(config.observer_bandwidth, self.gains_dt);
+        self.observers.configure(config.observer_bandwidth);
     }
 
     fn set_gains(&mut self, gains: [f32; GAINS]) {
@@ -125,23 +102,12 @@ where
     fn sense(&mut self, dt: f32) -> Motion {
         let counts = [self.left.read(), self.right.read()];
         let metres = self.config.geometry.rolled(counts);
-        if dt > 0.0 {
-            if dt != self.gains_dt {
-                self.retune(metres, dt);
-            }
-            for (observer, moved) in self.observers.iter_mut().zip(metres) {
-                observer.update(moved, &self.gains);
-            }
-        } else {
-            for (observer, moved) in self.observers.iter_mut().zip(metres) {
-                observer.update_at_once(moved);
-            }
-        }
+        self.observers.update(metres, dt);
         let geometry = &self.config.geometry;
         Motion {
             increment: self.carry.advance(geometry, counts),
-            speed: geometry.twist(self.observers.map(|o| o.speed())),
-            acceleration: geometry.twist(self.observers.map(|o| o.acceleration())),
+            speed: geometry.twist(self.observers.speeds()),
+            acceleration: geometry.twist(self.observers.accelerations()),
             rolled: metres,
         }
     }
@@ -152,26 +118,12 @@ where
     fn share(&self, wanted: Twist, supply: f32) -> f32 {
         let [left, right] = self.config.geometry.wheel_speeds(wanted);
         let fastest = larger(left.abs(), right.abs());
-        let needed = fastest * (1.0 / HEADROOM);
-        let [left, right] = &self.config.servo;
-        if needed <= self.config.max_wheel_speed
-            && left.reaches(needed, supply)
-            && right.reaches(needed, supply)
-        {
-            return 1.0;
-        }
-        let limit = self
-            .config
-            .servo
-            .iter()
-            .map(|servo| servo.top_speed(supply))
-            .fold(self.config.max_wheel_speed, smaller);
-        let reachable = HEADROOM * limit;
-        if fastest > reachable {
-            larger(reachable / fastest, SMALLEST_SHARE)
-        } else {
-            1.0
-        }
+        servo::share(
+            fastest,
+            self.config.max_wheel_speed,
+            &self.config.servo,
+            supply,
+        )
     }
 
     fn holds_load(&self) -> bool {
@@ -195,10 +147,11 @@ where
             speeds = speeds.map(|speed| scale * speed);
             accelerations = accelerations.map(|acceleration| scale * acceleration);
         }
+        let measured = self.observers.speeds();
         let command = |wheel: usize| WheelCommand {
             speed: speeds[wheel],
             acceleration: accelerations[wheel],
-            measured: self.observers[wheel].speed(),
+            measured: measured[wheel],
         };
         let (left, right) = (command(0), command(1));
         self.duty = [
@@ -223,9 +176,10 @@ where
     }
 
     fn wheels(&self) -> [Wheel; 2] {
+        let speeds = self.observers.speeds();
         let wheel = |index: usize, count| Wheel {
             count,
-            speed: self.observers[index].speed(),
+            speed: speeds[index],
             duty: self.duty[index],
         };
         [wheel(0, self.left.total()), wheel(1, self.right.total())]

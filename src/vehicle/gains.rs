@@ -1,14 +1,36 @@
 //! Gains: the constant errors of a vehicle's geometry, and what they do to its motions (theory section 6).
 
 use super::Twist;
-use crate::math::{larger, product_transposed, sqrt};
-use nalgebra::Matrix3;
+use crate::math::{product_transposed, sqrt};
+use nalgebra::{SMatrix, SVector};
 
-/// How many gains a vehicle has.
+/// How many gains a vehicle can have.
 ///
-/// A gain is the true over the nominal value of something that odometry is made of. A differential drive has k_r and k_l, of the right and the left wheel's
-/// diameter, and k_b, of the wheel base.
-pub const GAINS: usize = 3;
+/// In this order: k_r, of the right wheel's diameter, or of the only wheel's; k_l, of the left wheel's; k_b, of the base; and the offset. The first three
+/// are ratios, the true over the nominal value of what odometry is made of. The offset is a difference, true less nominal: of a steering angle, rad; of a
+/// synchro drive, which has none, its drift, rad/m. What a vehicle has no use for has no influence. A differential drive has the first three only: where
+/// no other vehicle is wanted, there are no more.
+pub const GAINS: usize = if cfg!(feature = "vehicles") { 4 } else { 3 };
+/// Elements of a lower triangular matrix of that many rows.
+pub const ROOT: usize = GAINS * (GAINS + 1) / 2;
+/// Which of them is the offset, where there is one: `get` finds it, or nothing.
+pub const OFFSET: usize = 3;
+
+/// A number for each gain.
+pub type GainVector = SVector<f64, GAINS>;
+/// A number for each two gains: a covariance, or its root.
+pub type GainMatrix = SMatrix<f64, GAINS, GAINS>;
+
+/// Something of each gain: of the first three, and of the offset where there is one.
+#[inline]
+#[must_use]
+pub fn of_each<T: Copy>(first: [T; OFFSET], offset: T) -> [T; GAINS] {
+    let mut all = [offset; GAINS];
+    for (one, first) in all.iter_mut().zip(first) {
+        *one = first;
+    }
+    all
+}
 
 /// ∂ΔS/∂k and ∂Δα/∂k for each gain: linear in ΔS and Δα themselves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,48 +60,72 @@ impl Influence {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Spread {
-    /// L by rows: L₁₁; L₂₁ L₂₂; L₃₁ L₃₂ L₃₃.
-    pub root: [f32; 6],
+    /// L by rows: L₁₁; L₂₁ L₂₂; L₃₁ L₃₂ L₃₃ …
+    pub root: [f32; ROOT],
 }
 
 impl Spread {
     /// The gains are known.
-    pub const NONE: Self = Self { root: [0.0; 6] };
+    pub const NONE: Self = Self { root: [0.0; ROOT] };
 
     /// The root of a covariance; what rounding has made slightly negative counts as 0.
     #[must_use]
-    pub fn of(covariance: &Matrix3<f64>) -> Self {
+    pub fn of(covariance: &GainMatrix) -> Self {
         /// Of a variance, so much may be rounding.
         const NOTHING: f64 = 1e-12;
         let p = covariance;
-        let pivot = |left: f64, all: f64| {
-            if left > NOTHING * all {
-                libm::sqrt(left)
-            } else {
-                0.0
+        let mut l = GainMatrix::zeros();
+        let mut spread = Self::NONE;
+        let mut elements = spread.root.iter_mut();
+        for row in 0..GAINS {
+            for column in 0..=row {
+                let mut left = p[(row, column)];
+                for before in 0..column {
+                    left -= l[(row, before)] * l[(column, before)];
+                }
+                let pivot = l[(column, column)];
+                let element = if row == column {
+                    if left > NOTHING * p[(row, row)] {
+                        libm::sqrt(left)
+                    } else {
+                        0.0
+                    }
+                } else if pivot > 0.0 {
+                    left / pivot
+                } else {
+                    0.0
+                };
+                l[(row, column)] = element;
+                if let Some(slot) = elements.next() {
+                    *slot = element as f32;
+                }
             }
-        };
-        let over = |value: f64, pivot: f64| if pivot > 0.0 { value / pivot } else { 0.0 };
-        let l11 = pivot(p.m11, p.m11);
-        let (l21, l31) = (over(p.m21, l11), over(p.m31, l11));
-        let l22 = pivot(p.m22 - l21 * l21, p.m22);
-        let l32 = over(p.m32 - l31 * l21, l22);
-        let l33 = pivot(p.m33 - l31 * l31 - l32 * l32, p.m33);
-        Self {
-            root: [l11, l21, l22, l31, l32, l33].map(|element| element as f32),
         }
+        spread
+    }
+
+    /// The rows of L.
+    #[must_use]
+    pub fn rows(&self) -> [[f32; GAINS]; GAINS] {
+        let mut elements = self.root.iter();
+        let mut rows = [[0.0; GAINS]; GAINS];
+        for (index, row) in rows.iter_mut().enumerate() {
+            for (slot, element) in row.iter_mut().take(index + 1).zip(&mut elements) {
+                *slot = *element;
+            }
+        }
+        rows
     }
 
     /// L.
     #[must_use]
-    pub fn matrix(&self) -> Matrix3<f64> {
-        let [l11, l21, l22, l31, l32, l33] = self.root.map(f64::from);
-        Matrix3::new(l11, 0.0, 0.0, l21, l22, 0.0, l31, l32, l33)
+    pub fn matrix(&self) -> GainMatrix {
+        GainMatrix::from(self.rows().map(|row| row.map(f64::from))).transpose()
     }
 
     /// P.
     #[must_use]
-    pub fn covariance(&self) -> Matrix3<f64> {
+    pub fn covariance(&self) -> GainMatrix {
         let root = self.matrix();
         product_transposed(&root, &root)
     }
@@ -87,12 +133,8 @@ impl Spread {
     /// Standard deviations of the gains.
     #[must_use]
     pub fn deviations(&self) -> [f32; GAINS] {
-        let [l11, l21, l22, l31, l32, l33] = self.root;
-        [
-            larger(l11, -l11),
-            sqrt(l21 * l21 + l22 * l22),
-            sqrt(l31 * l31 + l32 * l32 + l33 * l33),
-        ]
+        self.rows()
+            .map(|row| sqrt(row.iter().map(|element| element * element).sum()))
     }
 }
 
@@ -107,14 +149,27 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// The smallest and the largest gain that any vehicle can have.
+    /// Nothing is off.
+    pub const NOMINAL: [f32; GAINS] = {
+        let mut gains = [1.0; GAINS];
+        if GAINS > OFFSET {
+            gains[GAINS - 1] = 0.0;
+        }
+        gains
+    };
+    /// The smallest and the largest gain that any vehicle can have …
     pub const RANGE: [f32; 2] = [0.8, 1.25];
+    /// … and the largest offset, either way: rad, or rad/m.
+    pub const MAX_OFFSET: f32 = 0.25;
 
     /// True if every gain is within reason.
     #[must_use]
     pub fn is_plausible(&self) -> bool {
-        let [min, max] = Self::RANGE;
-        self.gains.iter().all(|gain| (min..=max).contains(gain))
+        let ranges = of_each([Self::RANGE; 3], [-Self::MAX_OFFSET, Self::MAX_OFFSET]);
+        self.gains
+            .iter()
+            .zip(ranges)
+            .all(|(gain, [min, max])| (min..=max).contains(gain))
             && self.spread.root.iter().all(|element| element.is_finite())
     }
 }
@@ -122,7 +177,7 @@ impl Calibration {
 impl Default for Calibration {
     fn default() -> Self {
         Self {
-            gains: [1.0; GAINS],
+            gains: Self::NOMINAL,
             spread: Spread::NONE,
         }
     }

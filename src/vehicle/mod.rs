@@ -4,6 +4,7 @@
 //! commanded (v_s, v_α) into wheel speeds; a [`Drive`] turns a wheel's speed into whatever its motor wants.
 
 mod axle;
+#[cfg(feature = "vehicles")]
 pub mod bisteerable;
 pub mod differential;
 mod encoder;
@@ -12,10 +13,16 @@ mod jacobian;
 mod observer;
 mod position_increment;
 pub mod servo;
+pub mod steering;
+#[cfg(feature = "vehicles")]
+pub mod synchro;
+#[cfg(feature = "vehicles")]
 pub mod tricycle;
 mod wheel_speed;
 
 pub use axle::{Axle, Relation, STEEPEST, Scaling};
+#[cfg(feature = "vehicles")]
+pub use bisteerable::BiSteerable;
 pub use differential::DifferentialDrive;
 pub use encoder::{Counter, Encoder};
 pub use gains::{Calibration, GAINS, Influence, Spread};
@@ -23,6 +30,11 @@ pub use jacobian::Jacobian;
 pub use observer::{Gains, Observer};
 pub use position_increment::{IncrementOutput, PositionIncrement};
 pub use servo::{NoPin, Servo};
+pub use steering::{ServoSteering, Steering, Voltmeter};
+#[cfg(feature = "vehicles")]
+pub use synchro::Synchro;
+#[cfg(feature = "vehicles")]
+pub use tricycle::Tricycle;
 pub use wheel_speed::{SpeedOutput, WheelSpeed};
 
 /// A translation and a rotation of the virtual vehicle: an increment, a speed, an acceleration, or a resolution.
@@ -90,10 +102,29 @@ impl core::fmt::Display for OutputError {
 }
 impl core::error::Error for OutputError {}
 
+/// The geometries that there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kind {
+    /// Two driven wheels on one axis.
+    #[default]
+    Differential,
+    /// Wheels that are all driven and all steered together.
+    Synchro,
+    /// One wheel in front that is driven and steered.
+    Tricycle,
+    /// A car, whose rear axle may be steered along with the front one.
+    BiSteerable,
+}
+
 /// A vehicle of any geometry, seen as one that translates and rotates.
 pub trait VirtualVehicle {
     /// Everything that parameters decide, in SI units and ready to use.
     type Config: Clone;
+
+    /// Its wheels are steered: what its gains do to a motion depends on where they point, it may have to steer before it moves, and it holds its heading
+    /// only while it moves.
+    const STEERS: bool = false;
 
     /// Takes a new configuration over; what the servos have learned stays. Geometry changes at rest only: the caller sees to it.
     fn configure(&mut self, config: &Self::Config);
@@ -109,6 +140,28 @@ pub trait VirtualVehicle {
     /// What a change of the gains would do to its motions.
     fn influence(&self) -> Influence {
         Influence::default()
+    }
+
+    /// The largest curvature v_α/v_s of its path, 1/m; infinite if it rotates without translating.
+    fn max_curvature(&self) -> f32 {
+        f32::INFINITY
+    }
+
+    /// The distance over which a vehicle that steers takes a heading error out, at least, m.
+    fn heading_distance(&self) -> f32 {
+        0.0
+    }
+
+    /// Points the wheels for what is to come, if the vehicle is all but at rest. `present` is the speed of the references; of `next` only the proportion of
+    /// its parts counts. True if the references may go on, false if they have to wait for the steering.
+    fn prepare(&mut self, present: Twist, next: Twist) -> bool {
+        let _ = (present, next);
+        true
+    }
+
+    /// The steering angle as measured, rad; positive to the left. 0 for a vehicle that does not steer.
+    fn steering(&self) -> f32 {
+        0.0
     }
 
     /// Reads the encoders. `dt` is the time since the last call in seconds; zero is allowed.

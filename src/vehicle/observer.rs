@@ -89,6 +89,76 @@ impl Observer {
     }
 }
 
+/// The observers of a vehicle's wheels, which share their gains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Observers<const N: usize> {
+    each: [Observer; N],
+    bandwidth: f32,
+    gains: Gains,
+    dt: f32,
+}
+
+impl<const N: usize> Observers<N> {
+    /// Observers at rest, of this bandwidth (rad/s).
+    pub(super) fn new(bandwidth: f32) -> Self {
+        let nominal_dt = 1e-3;
+        Self {
+            each: [Observer::default(); N],
+            bandwidth,
+            gains: Gains::new(bandwidth, nominal_dt),
+            dt: nominal_dt,
+        }
+    }
+
+    /// Takes another bandwidth over, rad/s.
+    pub(super) fn configure(&mut self, bandwidth: f32) {
+        self.bandwidth = bandwidth;
+        self.gains = Gains::new(bandwidth, self.dt);
+    }
+
+    /// Takes in how far each wheel has rolled in `dt` seconds, m.
+    #[inline]
+    pub(super) fn update(&mut self, metres: [f32; N], dt: f32) {
+        if dt > 0.0 {
+            if dt != self.dt {
+                self.retune(metres, dt);
+            }
+            for (observer, moved) in self.each.iter_mut().zip(metres) {
+                observer.update(moved, &self.gains);
+            }
+        } else {
+            for (observer, moved) in self.each.iter_mut().zip(metres) {
+                observer.update_at_once(moved);
+            }
+        }
+    }
+
+    /// Another interval than before. After a gap there is no telling how the speed came about.
+    #[cold]
+    #[inline(never)]
+    fn retune(&mut self, metres: [f32; N], dt: f32) {
+        self.gains = Gains::new(self.bandwidth, dt);
+        self.dt = dt;
+        if dt > Observer::GAP {
+            for (observer, moved) in self.each.iter_mut().zip(metres) {
+                observer.restart(moved / dt);
+            }
+        }
+    }
+
+    /// m/s.
+    #[inline]
+    pub(super) fn speeds(&self) -> [f32; N] {
+        self.each.map(|observer| observer.speed())
+    }
+
+    /// m/s².
+    #[inline]
+    pub(super) fn accelerations(&self) -> [f32; N] {
+        self.each.map(|observer| observer.acceleration())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! Wheel servo: feed-forward plus PI, out through a PWM channel, a direction pin and the driver's enable pin.
 
 use super::{Drive, OutputError, WheelCommand};
-use crate::math::{larger, limit};
+use crate::math::{larger, limit, smaller};
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal::pwm::SetDutyCycle;
@@ -46,6 +46,35 @@ impl Config {
         } else {
             f32::INFINITY
         }
+    }
+}
+
+/// References use this much of the wheels' speed; the rest is for corrections.
+const HEADROOM: f32 = 0.96;
+/// A battery that is all but empty slows the references down, but does not stop them.
+const SMALLEST_SHARE: f32 = 0.05;
+
+/// How much of a wanted speed there is to have if the fastest of two wheels has to roll at `fastest` m/s for it, above 0 and up to 1: less than
+/// `max_speed` (m/s), and than what the motors reach with the `supply` (V).
+// A call of it would cost the tick a tenth of what it does.
+#[allow(clippy::inline_always)]
+#[inline(always)]
+#[must_use]
+pub(super) fn share(fastest: f32, max_speed: f32, servos: &[Config; 2], supply: f32) -> f32 {
+    let needed = fastest * (1.0 / HEADROOM);
+    let [left, right] = servos;
+    if needed <= max_speed && left.reaches(needed, supply) && right.reaches(needed, supply) {
+        return 1.0;
+    }
+    let limit = servos
+        .iter()
+        .map(|servo| servo.top_speed(supply))
+        .fold(max_speed, smaller);
+    let reachable = HEADROOM * limit;
+    if fastest > reachable {
+        larger(reachable / fastest, SMALLEST_SHARE)
+    } else {
+        1.0
     }
 }
 

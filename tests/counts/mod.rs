@@ -13,7 +13,7 @@ use vehicle_controller::params::Params;
 use vehicle_controller::time::Duration;
 use vehicle_controller::vehicle::differential::{self, DifferentialDrive, Geometry};
 use vehicle_controller::vehicle::{
-    Counter, Drive, OutputError, VirtualVehicle, WheelCommand, servo,
+    Calibration, Counter, Drive, OutputError, VirtualVehicle, WheelCommand, servo,
 };
 
 /// Wheel base of the default robot, m.
@@ -90,7 +90,7 @@ pub type Counts = [Rc<Cell<i64>>; 2];
 
 /// The geometry of the default robot.
 pub fn geometry() -> Geometry {
-    Geometry::new(BASE, COUNT, COUNT, [1.0; 3])
+    Geometry::new(BASE, COUNT, COUNT, Calibration::NOMINAL)
 }
 
 /// The default parameters with another geometry.

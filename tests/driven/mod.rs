@@ -9,7 +9,8 @@ use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::{Duration, Instant};
 use vehicle_controller::vehicle::differential::{Config, Geometry};
 use vehicle_controller::vehicle::{
-    DifferentialDrive, Drive, IncrementOutput, OutputError, SpeedOutput, WheelCommand, servo,
+    Calibration, DifferentialDrive, Drive, IncrementOutput, OutputError, SpeedOutput, WheelCommand,
+    servo,
 };
 
 /// The control loop's period.
@@ -170,7 +171,7 @@ impl<D: Drive> Base<D> {
         params.set_all(changed).unwrap();
         let mut config = params.build(PERIOD);
         config.vehicle = Config {
-            geometry: Geometry::new(BASE, 1.0 / COUNTS, 1.0 / COUNTS, [1.0; 3]),
+            geometry: Geometry::new(BASE, 1.0 / COUNTS, 1.0 / COUNTS, Calibration::NOMINAL),
             ..config.vehicle
         };
         let wires = [Wire::default(), Wire::default()];

@@ -20,7 +20,8 @@ use vehicle_controller::controller::{
 use vehicle_controller::interpreter::Desk;
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::{self, Duration, Instant};
-use vehicle_controller::vehicle::Calibration;
+use vehicle_controller::vehicle::gains::GainMatrix;
+use vehicle_controller::vehicle::{Calibration, GAINS};
 
 /// Fixes of the pose, taken from a log's truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,10 +77,10 @@ pub struct Point {
     pub t: f64,
     /// Which log, from 0.
     pub log: usize,
-    /// k_r, k_l, k_b.
-    pub gains: [f64; 3],
+    /// In the order of [`Calibration`].
+    pub gains: [f64; GAINS],
     /// Their covariance.
-    pub covariance: Matrix3<f64>,
+    pub covariance: GainMatrix,
     /// The squared Mahalanobis distance of the fix that was taken; none at a log's start.
     pub distance: Option<f64>,
 }
@@ -87,8 +88,11 @@ pub struct Point {
 impl Point {
     /// Standard deviations of the gains.
     #[must_use]
-    pub fn deviations(&self) -> [f64; 3] {
-        [0, 1, 2].map(|i| self.covariance[(i, i)].max(0.0).sqrt())
+    pub fn deviations(&self) -> [f64; GAINS] {
+        self.covariance
+            .diagonal()
+            .map(|variance| variance.max(0.0).sqrt())
+            .into()
     }
 }
 

@@ -17,7 +17,7 @@ use vehicle_controller::controller::{
 use vehicle_controller::math::wrap;
 use vehicle_controller::params::Id;
 use vehicle_controller::time::{self, Duration, Instant};
-use vehicle_controller::vehicle::differential;
+use vehicle_controller::vehicle::{GAINS, differential};
 
 /// How wrong an estimate is, and how wrong it says it may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -196,8 +196,10 @@ pub fn run(plan: &Plan, robot: &Robot, bases: &Robot, index: u64) -> Result<Tria
     trial.miss = se2::between(pose_of(&estimate), world.pose());
     trial.covariance = se2::in_body(&estimate.covariance, estimate.pose.theta);
     let calibration = post.desk.calibration();
-    trial.gain_errors = Vector3::from(calibration.gains.map(f64::from)) - Vector3::from(gains);
-    trial.gain_deviations = Vector3::from(calibration.spread.deviations().map(f64::from));
+    let of_wheels_and_base =
+        |[right, left, base, ..]: [f32; GAINS]| Vector3::new(right, left, base).map(f64::from);
+    trial.gain_errors = of_wheels_and_base(calibration.gains) - Vector3::from(gains);
+    trial.gain_deviations = of_wheels_and_base(calibration.spread.deviations());
     Ok(trial)
 }
 

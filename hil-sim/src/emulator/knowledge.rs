@@ -151,29 +151,27 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
         twist("since.variation")?,
     );
     let mut belief = Belief::from(estimate);
-    for (index, element) in belief.leverage.iter_mut().enumerate() {
-        let column = view
-            .member("reckoning.leverage.__0")?
-            .element(index as u64 / 3)?;
-        *element = column.element(index as u64 % 3)?.real()?;
+    // An image of the differential drive alone has fewer gains than this simulator knows: the first of them.
+    let columns = view.member("reckoning.leverage.__0")?;
+    for (gain, mut column) in (0..columns.length()?).zip(belief.leverage.column_iter_mut()) {
+        let elements = columns.element(gain)?;
+        for (index, element) in (0..).zip(column.iter_mut()) {
+            *element = elements.element(index)?.real()?;
+        }
     }
-    let floats = |path: &str, count: u64| -> Result<Vec<f32>> {
+    let fill = |floats: &mut [f32], path: &str| -> Result<()> {
         let array = view.member(path)?;
-        (0..count)
-            .map(|index| array.element(index)?.float())
-            .collect()
+        for (index, float) in (0..array.length()?).zip(floats) {
+            *float = array.element(index)?.float()?;
+        }
+        Ok(())
     };
     let mut calibration = Calibration::default();
-    calibration
-        .gains
-        .copy_from_slice(&floats("calibration.gains", 3)?);
-    calibration
-        .spread
-        .root
-        .copy_from_slice(&floats("calibration.spread.root", 6)?);
+    fill(&mut calibration.gains, "calibration.gains")?;
+    fill(&mut calibration.spread.root, "calibration.spread.root")?;
     let mut influence = Influence::default();
     let by_gain = view.member("influence.by_gain")?;
-    for (gain, row) in (0..).zip(&mut influence.by_gain) {
+    for (gain, row) in (0..by_gain.length()?).zip(&mut influence.by_gain) {
         let elements = by_gain.element(gain)?;
         for (index, element) in (0..).zip(row) {
             *element = elements.element(index)?.float()?;

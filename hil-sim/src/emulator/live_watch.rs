@@ -134,6 +134,15 @@ impl<'a> View<'a> {
         self.part(index * self.info.size(id)?, id)
     }
 
+    /// How many elements an array has.
+    pub(super) fn length(&self) -> Result<u64> {
+        let kind = self.kind()?;
+        match kind.shape {
+            Shape::Array(_, count) => Ok(count),
+            _ => bail!("{} is not an array", kind.path),
+        }
+    }
+
     fn raw(&self) -> Result<[u8; 8]> {
         let kind = self.kind()?;
         let length = kind.size as usize;

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::ensure;
-use nalgebra::Vector3;
+use vehicle_controller::vehicle::gains::{GainVector, of_each};
 
 use super::geometry::{Point, Rect};
 use super::panel::{Panel, Swatch, axis, legend, time_axis};
@@ -45,12 +45,16 @@ const VALUE: Pen = Pen::solid(BLUE, 2.0);
 const LABELS: f64 = 52.0;
 
 impl Learned {
+    fn weights(&self) -> GainVector {
+        of_each(self.weights, 0.0).into()
+    }
+
     fn value(&self, point: &calibrate::Point) -> f64 {
-        Vector3::from(self.weights).dot(&Vector3::from(point.gains))
+        self.weights().dot(&GainVector::from(point.gains))
     }
 
     fn deviation(&self, point: &calibrate::Point) -> f64 {
-        let weights = Vector3::from(self.weights);
+        let weights = self.weights();
         weights.dot(&(point.covariance * weights)).max(0.0).sqrt()
     }
 }

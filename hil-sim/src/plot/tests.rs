@@ -3,6 +3,8 @@ use std::path::PathBuf;
 
 use nalgebra::Matrix3;
 
+use vehicle_controller::vehicle::gains::{GainMatrix, of_each};
+
 use super::cloud::cloud_scene;
 use super::convergence::convergence_scene;
 use super::replay::replay_scene;
@@ -304,8 +306,8 @@ fn learned(count: usize) -> Vec<crate::calibrate::Point> {
         crate::calibrate::Point {
             t: 2.0 * index as f64,
             log: 3 * index / count,
-            gains: [1.0 - 0.01 * noise(index, 0) * known, 0.994, 1.007],
-            covariance: Matrix3::identity() * 1e-4 * known,
+            gains: of_each([1.0 - 0.01 * noise(index, 0) * known, 0.994, 1.007], 0.0),
+            covariance: GainMatrix::identity() * 1e-4 * known,
             distance: None,
         }
     };

@@ -13,6 +13,7 @@ type PortE<const PIN: u8> = Pin<'E', PIN, Output>;
 /// The left motor.
 pub type LeftMotor = Servo<Pwm<0>, PortE<8>, PortE<12>>;
 /// The right motor.
+#[allow(dead_code, reason = "a tricycle has none")]
 pub type RightMotor = Servo<Pwm<1>, PortE<10>, PortE<14>>;
 /// The left encoder.
 pub type LeftEncoder = Qei<pac::TIM3>;
@@ -27,6 +28,7 @@ pub struct Wheels {
     pub left_encoder: LeftEncoder,
     pub right_encoder: RightEncoder,
     pub left_bridge: Bridge<Pwm<0>, PortE<8>, PortE<12>>,
+    #[allow(dead_code, reason = "a tricycle has none")]
     pub right_bridge: Bridge<Pwm<1>, PortE<10>, PortE<14>>,
 }
 

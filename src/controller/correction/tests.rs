@@ -1,7 +1,7 @@
 //! What a correction does to the past, against the Kalman filter of both instants and the gains together.
 
 use super::*;
-use nalgebra::{Matrix3x6, Matrix6, Matrix6x3};
+use nalgebra::SMatrix;
 
 /// Uniform in ±1, the same each time (Knuth's MMIX generator).
 struct Random(u64);
@@ -15,17 +15,26 @@ impl Random {
         (self.0 >> 11) as f64 / f64::powi(2.0, 52) - 1.0
     }
 
-    fn matrix(&mut self, scale: [f64; 3]) -> Matrix3<f64> {
-        Matrix3::from_fn(|row, _| self.next() * scale[row])
+    fn matrix<const C: usize>(&mut self, scale: [f64; 3]) -> SMatrix<f64, 3, C> {
+        SMatrix::from_fn(|row, _| self.next() * scale[row])
     }
 
     fn positive(&mut self, scale: [f64; 3]) -> Matrix3<f64> {
-        let root = self.matrix(scale);
+        let root: Matrix3<f64> = self.matrix(scale);
         root * root.transpose()
+    }
+
+    fn spread(&mut self) -> Spread {
+        let root = GainMatrix::from_fn(|_, _| 0.01 * self.next());
+        Spread::of(&(root * root.transpose()))
     }
 }
 
-fn relative(is: &Matrix3<f64>, wanted: &Matrix3<f64>, scale: &Matrix3<f64>) -> f64 {
+fn relative<const N: usize>(
+    is: &SMatrix<f64, N, N>,
+    wanted: &SMatrix<f64, N, N>,
+    scale: &SMatrix<f64, N, N>,
+) -> f64 {
     let d = scale.diagonal().map(|v| 1.0 / libm::sqrt(v));
     (is - wanted)
         .component_mul(&(d * d.transpose()))
@@ -42,13 +51,12 @@ fn the_past_follows(learns: bool) {
         } else {
             random.positive([0.01, 0.01, 0.02])
         };
-        let past_leverage = random.matrix([0.02, 0.02, 0.08]);
+        let past_leverage: Leverage = random.matrix([0.02, 0.02, 0.08]);
         let (dx, dy) = (0.1 * random.next(), 0.1 * random.next());
         let phi = transport(dx, dy);
         let own = phi * past * phi.transpose() + random.positive([1e-3, 1e-3, 1e-3]);
-        let leverage = phi * past_leverage + random.matrix([0.1, 0.1, 0.5]);
-        let root = random.matrix([0.01; 3]);
-        let spread = Spread::of(&(root * root.transpose()));
+        let leverage = phi * past_leverage + random.matrix::<GAINS>([0.1, 0.1, 0.5]);
+        let spread = random.spread();
         let p = spread.covariance();
 
         let at = |x: f64, y: f64, own, leverage| Belief {
@@ -105,28 +113,32 @@ fn the_past_follows_a_correction_that_considers_the_gains() {
     the_past_follows(false);
 }
 
-/// Pose and gains in one filter, in Joseph's form, with nothing left out: a state of six, the gains' gain left out where they are only considered.
+/// Pose and gains.
+const STATE: usize = 3 + GAINS;
+
+/// Pose and gains in one filter, in Joseph's form, with nothing left out: the gains' gain left out where they are only considered.
 fn joint(
     own: &Matrix3<f64>,
-    leverage: &Matrix3<f64>,
-    p: &Matrix3<f64>,
+    leverage: &Leverage,
+    p: &GainMatrix,
     r: &Matrix3<f64>,
     learns: bool,
-) -> (Matrix6<f64>, Matrix6x3<f64>) {
-    let mut c = Matrix6::zeros();
+) -> (SMatrix<f64, STATE, STATE>, SMatrix<f64, STATE, 3>) {
+    let mut c = SMatrix::<f64, STATE, STATE>::zeros();
     c.fixed_view_mut::<3, 3>(0, 0)
         .copy_from(&(own + leverage * p * leverage.transpose()));
-    c.fixed_view_mut::<3, 3>(0, 3).copy_from(&(leverage * p));
-    c.fixed_view_mut::<3, 3>(3, 0)
+    c.fixed_view_mut::<3, GAINS>(0, 3)
+        .copy_from(&(leverage * p));
+    c.fixed_view_mut::<GAINS, 3>(3, 0)
         .copy_from(&(p * leverage.transpose()));
-    c.fixed_view_mut::<3, 3>(3, 3).copy_from(p);
-    let h = Matrix3x6::identity();
+    c.fixed_view_mut::<GAINS, GAINS>(3, 3).copy_from(p);
+    let h = SMatrix::<f64, 3, STATE>::identity();
     let s = h * c * h.transpose() + r;
     let mut k = c * h.transpose() * s.try_inverse().unwrap();
     if !learns {
-        k.fixed_view_mut::<3, 3>(3, 0).fill(0.0);
+        k.fixed_view_mut::<GAINS, 3>(3, 0).fill(0.0);
     }
-    let left = Matrix6::identity() - k * h;
+    let left = SMatrix::<f64, STATE, STATE>::identity() - k * h;
     (left * c * left.transpose() + k * r * k.transpose(), k)
 }
 
@@ -136,9 +148,8 @@ fn a_fix_is_the_kalman_filter_of_pose_and_gains() {
     for n in 0..1000 {
         let learns = n % 2 == 0;
         let own = random.positive([0.02, 0.02, 0.05]);
-        let leverage = random.matrix([0.5, 0.5, 2.0]);
-        let root = random.matrix([0.01; 3]);
-        let spread = Spread::of(&(root * root.transpose()));
+        let leverage: Leverage = random.matrix([0.5, 0.5, 2.0]);
+        let spread = random.spread();
         let p = spread.covariance();
         let r = random.positive([0.01, 0.01, 0.02]) + Matrix3::from_diagonal_element(1e-6);
         let nu = Vector3::new(0.02, -0.01, 0.03);
@@ -165,17 +176,14 @@ fn a_fix_is_the_kalman_filter_of_pose_and_gains() {
         let p_after = if learns { known } else { spread };
         if learns {
             assert!(
-                (change - moved.fixed_rows::<3>(3)).abs().max() < 1e-9,
+                (change - moved.fixed_rows::<GAINS>(3)).abs().max() < 1e-9,
                 "{n}"
             );
-            let off = relative(
-                &p_after.covariance(),
-                &c.fixed_view::<3, 3>(3, 3).into(),
-                &p,
-            );
+            let wanted = c.fixed_view::<GAINS, GAINS>(3, 3).into();
+            let off = relative(&p_after.covariance(), &wanted, &p);
             assert!(off < 1e-6, "{n}: {off:.1e}");
         } else {
-            assert_eq!(change, Vector3::zeros());
+            assert_eq!(change, GainVector::zeros());
         }
         let off = relative(
             &(belief.own + belief.shared(&p_after)),
@@ -184,7 +192,7 @@ fn a_fix_is_the_kalman_filter_of_pose_and_gains() {
         );
         assert!(off < 1e-6, "{n}: {off:.1e}");
         let common = belief.leverage * p_after.covariance();
-        let off = (common - c.fixed_view::<3, 3>(0, 3)).abs().max();
+        let off = (common - c.fixed_view::<3, GAINS>(0, 3)).abs().max();
         assert!(off < 1e-8, "{n}: {off:.1e}");
     }
 }

@@ -26,7 +26,7 @@ pub use flash::{Blocking, Flash};
 
 use super::Params;
 use super::restore::Restored;
-use slot::{CRC_AT, Mark, SLOT_BYTES, Slot};
+use slot::{Mark, SLOT_BYTES, Slot, crc_at};
 
 /// Why a set was not saved or loaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,7 +225,7 @@ impl<F: Flash> Store<F> {
             Job::Fill(slot, at) => {
                 slot.write(flash, at, sequence.wrapping_add(1), params)?;
                 let next = at + 1;
-                if next < CRC_AT {
+                if next < crc_at(params) {
                     Job::Fill(slot, next)
                 } else {
                     Job::Check(slot)
@@ -235,7 +235,7 @@ impl<F: Flash> Store<F> {
                 if !slot.holds(flash, sequence.wrapping_add(1), params)? {
                     return Err(StoreError::Flash);
                 }
-                slot.write_crc(flash)?;
+                slot.write_crc(flash, params)?;
                 Job::Commit(slot)
             }
             Job::Commit(slot) => {

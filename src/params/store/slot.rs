@@ -43,11 +43,20 @@ const SEAL_AT: u32 = 254;
 const DROP_AT: u32 = 255;
 /// As many entries as there is room for.
 const MAX_ENTRIES: u32 = (COMMIT_AT - 1 - ENTRIES_AT) / 2;
+const _: () = assert!(
+    Id::COUNT as u32 <= MAX_ENTRIES,
+    "a set does not fit its slot"
+);
+
 /// Entries of a set that is written.
-const COUNT: u32 = Id::COUNT as u32;
-const _: () = assert!(COUNT <= MAX_ENTRIES, "a set does not fit its slot");
+fn count(params: &Params) -> u32 {
+    params.ids().count() as u32
+}
+
 /// Where the CRC of a set that is written comes; what is before it is [written](Slot::write) from the parameters.
-pub(super) const CRC_AT: u32 = ENTRIES_AT + 2 * COUNT;
+pub(super) fn crc_at(params: &Params) -> u32 {
+    ENTRIES_AT + 2 * count(params)
+}
 
 /// CRC-32/ISO-HDLC, least significant bit first, four bits at a time: a third of the code of the crate's, and four times as fast.
 static NIBBLES: [u32; 16] = {
@@ -214,7 +223,7 @@ impl Slot {
         sequence: u32,
         params: &Params,
     ) -> Result<bool, StoreError> {
-        for at in FORMAT_AT..CRC_AT {
+        for at in FORMAT_AT..crc_at(params) {
             if self.read(flash, at)? != word(at, sequence, params) {
                 return Ok(false);
             }
@@ -223,9 +232,14 @@ impl Slot {
     }
 
     /// Writes the CRC of what is there.
-    pub(super) fn write_crc<F: Flash>(self, flash: &mut F) -> Result<(), StoreError> {
-        let crc = self.crc(flash, CRC_AT)?;
-        self.write_word(flash, CRC_AT, crc)
+    pub(super) fn write_crc<F: Flash>(
+        self,
+        flash: &mut F,
+        params: &Params,
+    ) -> Result<(), StoreError> {
+        let end = crc_at(params);
+        let crc = self.crc(flash, end)?;
+        self.write_word(flash, end, crc)
     }
 
     /// Makes the set valid.
@@ -250,16 +264,16 @@ fn word(at: u32, sequence: u32, params: &Params) -> u32 {
         CLAIM_AT => 0,
         FORMAT_AT => FORMAT,
         SEQUENCE_AT => sequence,
-        COUNT_AT => COUNT,
+        COUNT_AT => count(params),
         _ => {
             let entry = (at - ENTRIES_AT) / 2;
-            let Some(id) = Id::ALL.get(entry as usize) else {
+            let Some(id) = params.ids().nth(entry as usize) else {
                 return BLANK;
             };
             if (at - ENTRIES_AT).is_multiple_of(2) {
                 id.key()
             } else {
-                params.get(*id).to_bits()
+                params.get(id).to_bits()
             }
         }
     }

@@ -1,6 +1,6 @@
 //! From four wheels and a steering angle to the middle of the rear axle and back.
 
-use super::super::{Axle, Jacobian, Relation, STEEPEST, Twist};
+use super::super::{Axle, Influence, Jacobian, Relation, STEEPEST, Scaling, Twist};
 use crate::math::{limit, sign, sin_cos, sqrt};
 use core::f32::consts::FRAC_PI_2;
 
@@ -167,6 +167,53 @@ impl Geometry {
         })
     }
 
+    /// How far ahead of the rear axle the vehicle's reference point lies, m: where the car's axis moves along θ. That is on the perpendicular from the common
+    /// centre: the middle of a fixed rear axle, the middle of a car whose axles are steered alike.
+    #[must_use]
+    pub fn reference(&self) -> f32 {
+        match self.rear_steering {
+            RearSteering::Fixed => 0.0,
+            RearSteering::Opposite => 0.5 * self.wheel_base,
+        }
+    }
+
+    /// ΔS and Δα of the reference point, from the rear axle's: all points of the car's axis go the same way along it, ΔS = ΔS_r cos φ_r.
+    #[must_use]
+    pub fn at_reference(&self, rear: Twist, steering: f32) -> Twist {
+        let (_, cos) = sin_cos(self.direction(steering));
+        Twist {
+            translation: rear.translation * cos,
+            ..rear
+        }
+    }
+
+    /// The inverse of [`Self::at_reference`].
+    #[must_use]
+    pub fn at_rear(&self, twist: Twist, steering: f32) -> Twist {
+        let (_, cos) = sin_cos(self.direction(steering));
+        Twist {
+            translation: twist.translation / cos,
+            ..twist
+        }
+    }
+
+    /// Δα/ΔS of the reference point, 1/m: tan φ/L, or 2 tan φ/L if the rear axle is steered, too.
+    #[must_use]
+    pub fn path_curvature(&self, steering: f32) -> f32 {
+        libm::tanf(limit(steering, STEEPEST)) / (self.wheel_base - self.reference())
+    }
+
+    /// φ for a wanted twist of the reference point: the inverse of [`Self::path_curvature`], the same in reverse, and ±90° for a turn without translation. None
+    /// if neither is wanted, or what is wanted is not finite.
+    #[must_use]
+    pub fn steering_towards(&self, wanted: Twist) -> Option<f32> {
+        let aside =
+            sign(wanted.translation) * wanted.rotation * (self.wheel_base - self.reference());
+        let ahead = wanted.translation.abs();
+        let is_known = aside.is_finite() && ahead.is_finite() && (aside != 0.0 || ahead != 0.0);
+        is_known.then(|| libm::atan2f(aside, ahead))
+    }
+
     /// Speeds of the wheels for a speed of the rear axle's centre (m/s) while the car is steered by φ.
     #[must_use]
     pub fn wheel_speeds(&self, speed: f32, steering: f32) -> Wheels {
@@ -204,6 +251,62 @@ impl Geometry {
             rotation: rear.rotation + rotation * (from_front.rotation - rear.rotation),
         }
         .or_none()
+    }
+
+    /// How the two axles' wheels' displacements are to be scaled while the car is steered by φ: see [`Axle::scaling`].
+    #[must_use]
+    pub fn scaling(&self, steering: f32) -> [Scaling; 2] {
+        let rear = Twist {
+            translation: 1.0,
+            rotation: self.curvature(steering),
+        };
+        let front = Twist {
+            translation: 1.0 / self.steering(steering).transport(),
+            ..rear
+        };
+        [
+            self.rear.scaling(rear, self.direction(steering)),
+            self.front.scaling(front, limit(steering, STEEPEST)),
+        ]
+    }
+
+    /// What gains do to the reference point's motions while the car is steered by φ, as the wheels of one axle tell them.
+    ///
+    /// With a the axle's angle, x = κ_a B/2 of its centre's curvature, and a' = da/dφ:
+    ///
+    /// ```text
+    ///     ∂ΔS/∂k_r = (ΔS/2 + Δα B cos a/4)/k_r     ∂Δα/∂k_r = (ΔS/(B cos a) + Δα/2)/k_r      k_l with −B      ∂Δα/∂k_b = −Δα/k_b
+    ///     ∂ΔS/∂φ₀ = −a' tan a (1 + x²/(1 − x²)) ΔS     ∂Δα/∂φ₀ = a' tan a/(1 − x²) Δα
+    /// ```
+    fn influence_of(&self, axle: &Axle, angle: f32, slope: f32, curvature: f32) -> Influence {
+        let (sin, cos) = sin_cos(angle);
+        // Δα of the axle's centre for each metre of it.
+        let x = limit(0.5 * curvature * cos * axle.track(), 0.9);
+        let tangent = slope * sin / (cos * (1.0 - x * x));
+        let wheel = |half: f32| [0.5, 0.5 * half * cos, 0.5 / (half * cos), 0.5];
+        let half = 0.5 * axle.track();
+        Influence {
+            by_gain: [
+                wheel(half),
+                wheel(-half),
+                [0.0, 0.0, 0.0, -1.0],
+                [-tangent, 0.0, 0.0, tangent],
+            ],
+        }
+    }
+
+    /// What gains of 1 would change in the reference point's motions while the car is steered by φ: right wheels, left wheels, tracks, φ₀. As the rear
+    /// axle's wheels tell the motion, and as the front one's do.
+    #[must_use]
+    pub fn influence(&self, steering: f32) -> [Influence; 2] {
+        let curvature = self.path_curvature(steering);
+        let direction = self.direction(steering);
+        let slope = self.rear_steering.slope();
+        let front = limit(steering, STEEPEST);
+        [
+            self.influence_of(&self.rear, direction, slope, curvature),
+            self.influence_of(&self.front, front, 1.0, curvature),
+        ]
     }
 
     /// How much the front axle counts for ΔS and for Δα, 0 to 1.

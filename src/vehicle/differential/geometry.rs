@@ -1,6 +1,7 @@
 //! From two wheels to the virtual vehicle and back.
 
-use super::super::{GAINS, Influence, Twist};
+use super::super::Twist;
+use super::super::gains::{GAINS, Influence, of_each};
 use crate::math::{Factor, Split, Sum, larger};
 
 /// The geometry: wheel base and what one count is worth. All that the tick needs of it is worked out here, once.
@@ -35,7 +36,7 @@ impl Geometry {
     #[inline(never)]
     pub fn set_gains(&mut self, gains: [f32; GAINS]) {
         self.gains = gains;
-        let [right, left, base] = gains.map(Factor::new);
+        let [right, left, base, ..] = gains.map(Factor::new);
         let [nominal_base, nominal_left, nominal_right] = self.nominal;
         let (left, right) = (nominal_left.times(left), nominal_right.times(right));
         let wheel_base = nominal_base.times(base);
@@ -61,17 +62,20 @@ impl Geometry {
     /// ```
     #[must_use]
     pub fn influence(&self) -> Influence {
-        let [right, left, base] = self.gains;
+        let [right, left, base, ..] = self.gains;
         let wheel = |gain: f32, half_base: f32| {
             let half = 0.5 / gain;
             [half, half * half_base, half / half_base, half]
         };
         Influence {
-            by_gain: [
-                wheel(right, self.half_base),
-                wheel(left, -self.half_base),
-                [0.0, 0.0, 0.0, -1.0 / base],
-            ],
+            by_gain: of_each(
+                [
+                    wheel(right, self.half_base),
+                    wheel(left, -self.half_base),
+                    [0.0, 0.0, 0.0, -1.0 / base],
+                ],
+                [0.0; 4],
+            ),
         }
     }
 
@@ -79,7 +83,7 @@ impl Geometry {
     #[must_use]
     pub fn wheel_base(&self) -> f64 {
         let [wheel_base, ..] = self.nominal;
-        let [.., by_base] = self.gains;
+        let [_, _, by_base, ..] = self.gains;
         wheel_base.to_f64() * f64::from(by_base)
     }
 
@@ -87,7 +91,7 @@ impl Geometry {
     #[must_use]
     pub fn per_count(&self) -> [f64; 2] {
         let [_, left, right] = self.nominal;
-        let [by_right, by_left, _] = self.gains;
+        let [by_right, by_left, ..] = self.gains;
         [
             left.to_f64() * f64::from(by_left),
             right.to_f64() * f64::from(by_right),
@@ -101,7 +105,7 @@ impl Geometry {
     }
 
     /// How far the circumferences have moved, m.
-    pub(super) fn rolled(&self, [left, right]: [i32; 2]) -> [f32; 2] {
+    pub(in crate::vehicle) fn rolled(&self, [left, right]: [i32; 2]) -> [f32; 2] {
         [
             left as f32 * self.per_count[0],
             right as f32 * self.per_count[1],
@@ -127,11 +131,15 @@ impl Geometry {
 
 /// What rounding has taken from ΔS and Δα, carried to the next cycle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Carry(Twist);
+pub(in crate::vehicle) struct Carry(Twist);
 
 impl Carry {
     /// ΔS and Δα for counts of the two wheels. However many there are, they sum up to K_left Σn_left and K_right Σn_right.
-    pub(super) fn advance(&mut self, geometry: &Geometry, [left, right]: [i32; 2]) -> Twist {
+    pub(in crate::vehicle) fn advance(
+        &mut self,
+        geometry: &Geometry,
+        [left, right]: [i32; 2],
+    ) -> Twist {
         Twist {
             translation: combine(
                 &geometry.translation,

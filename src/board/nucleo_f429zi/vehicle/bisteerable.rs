@@ -6,10 +6,10 @@ use super::steering::{self, Steering};
 use crate::board::nucleo_f429zi::wheels::{
     ENCODER_FILTER, LeftEncoder, LeftMotor, RightEncoder, RightMotor, Wheels,
 };
-use stm32f4xx_hal::gpio::{PA15, PB3};
+use stm32f4xx_hal::gpio::{Debugger, PA15, PB3};
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::{pac, qei::Qei};
-use vehicle_controller::vehicle::{BiSteerable, bisteerable};
+use vehicle_controller::vehicle::{self, BiSteerable, bisteerable};
 
 /// The steering's encoder.
 type SteeringEncoder = Qei<pac::TIM2>;
@@ -26,6 +26,8 @@ pub type Vehicle = BiSteerable<
 /// What parameters decide about it.
 pub type Config = bisteerable::Config;
 
+/// Whose parameters it has.
+pub const KIND: vehicle::Kind = vehicle::Kind::BiSteerable;
 /// Its name.
 pub const NAME: [u8; 11] = *b"bisteerable";
 /// What the image runs on.
@@ -72,7 +74,12 @@ impl Parts {
 }
 
 /// Both pins were a JTAG probe's, which the ST-LINK does not use.
-fn start_encoder(timer: pac::TIM2, a: PA15, b: PB3, rcc: &mut Rcc) -> SteeringEncoder {
+fn start_encoder(
+    timer: pac::TIM2,
+    a: PA15<Debugger>,
+    b: PB3<Debugger>,
+    rcc: &mut Rcc,
+) -> SteeringEncoder {
     let pins = (
         a.into_alternate().internal_pull_up(true),
         b.into_alternate().internal_pull_up(true),

@@ -5,13 +5,15 @@ use crate::board::nucleo_f429zi::wheels::{
     LeftEncoder, LeftMotor, RightEncoder, RightMotor, Wheels,
 };
 use stm32f4xx_hal::rcc::Rcc;
-use vehicle_controller::vehicle::{DifferentialDrive, differential};
+use vehicle_controller::vehicle::{self, DifferentialDrive, differential};
 
 /// The vehicle.
 pub type Vehicle = DifferentialDrive<LeftEncoder, RightEncoder, LeftMotor, RightMotor>;
 /// What parameters decide about it.
 pub type Config = differential::Config;
 
+/// Whose parameters it has.
+pub const KIND: vehicle::Kind = vehicle::Kind::Differential;
 /// Its name.
 pub const NAME: [u8; 12] = *b"differential";
 /// What the image runs on.

@@ -1,6 +1,6 @@
 //! The vehicle on this board: one of the library's geometries. This is the one place where an image's features choose it.
 //!
-//! Each file has the same names: the types `Vehicle` and `Config`; `NAME`, as in the image's features; `TARGET`, what the image says that it runs on; `Parts`,
+//! Each file has the same names: the types `Vehicle` and `Config`; `KIND`, whose parameters they are; `NAME`, as in the image's features; `TARGET`, what the image says that it runs on; `Parts`,
 //! what the vehicle takes of the board, and how it is put together.
 
 #[cfg(any(
@@ -26,7 +26,7 @@ mod steering;
 use stm32f4xx_hal::gpio::{Debugger, Pin};
 use stm32f4xx_hal::pac;
 
-pub use chosen::{Config, Parts, TARGET, Vehicle};
+pub use chosen::{Config, KIND, Parts, TARGET, Vehicle};
 
 /// The vehicle's name, for whoever has the image's file: it is found by the symbol, which `memory.x` keeps.
 #[unsafe(no_mangle)]

@@ -12,6 +12,8 @@ pub type Vehicle = vehicle::Synchro<LeftEncoder, RightEncoder, LeftMotor, RightM
 /// What parameters decide about it.
 pub type Config = synchro::Config;
 
+/// Whose parameters it has.
+pub const KIND: vehicle::Kind = vehicle::Kind::Synchro;
 /// Its name.
 pub const NAME: [u8; 7] = *b"synchro";
 /// What the image runs on.

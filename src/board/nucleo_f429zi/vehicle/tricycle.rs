@@ -11,6 +11,8 @@ pub type Vehicle = vehicle::Tricycle<LeftEncoder, LeftMotor, Steering<RightEncod
 /// What parameters decide about it.
 pub type Config = tricycle::Config;
 
+/// Whose parameters it has.
+pub const KIND: vehicle::Kind = vehicle::Kind::Tricycle;
 /// Its name.
 pub const NAME: [u8; 8] = *b"tricycle";
 /// What the image runs on.
