@@ -7,12 +7,14 @@ use counts::{Random, noise, smallest_eigenvalue};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use vehicle_controller::controller::{CorrectionError, Noise, Observation, Pose, Refusal};
 use vehicle_controller::math::wrap;
+use vehicle_controller::vehicle::gains::OFFSETS;
 
 /// Nothing grows by itself: what is seen is the correction alone.
 const SILENT: Noise = Noise {
     translation: 0.0,
     drift: 0.0,
     rotation: 0.0,
+    steering: [0.0; OFFSETS],
 };
 
 /// A covariance with correlations.

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Rotation2, Vector3};
 use vehicle_controller::controller::correction::{Terms, Update};
 use vehicle_controller::controller::{Estimate, Noise};
 use vehicle_controller::vehicle::Spread;
+use vehicle_controller::vehicle::gains::OFFSETS;
 
 /// The two encoders' edges lie apart, so that ΔS and Δα flicker: with equal ones Δα would be exactly zero.
 const PHASES: [f64; 2] = [0.05, 0.55];
@@ -112,12 +113,14 @@ const ONLY_TRANSLATION: Noise = Noise {
     translation: 1.0,
     drift: 0.0,
     rotation: 0.0,
+    steering: [0.0; OFFSETS],
 };
 /// With `κ_rot` = 1 and nothing else, Cθθ is that of α.
 const ONLY_ROTATION: Noise = Noise {
     translation: 0.0,
     drift: 0.0,
     rotation: 1.0,
+    steering: [0.0; OFFSETS],
 };
 
 /// The variations of S and α that a run of 1 m at 1 cm/s is taken for.

@@ -23,8 +23,8 @@ fn robot() -> Robot {
 /// The control loop alone, while both axes move; the wheels roll as if they followed.
 fn tick(c: &mut Criterion) {
     let robot = robot();
-    let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
-    let vehicle = vehicle(&wires, &robot, &robot.params).expect("fakes do not refuse");
+    let harness = Harness::default();
+    let vehicle = vehicle(&harness, &robot, &robot.params).expect("fakes do not refuse");
     let mut controller = Controller::new(vehicle, robot.params.build(PERIOD), None);
     let without_end = |speed: f32, acceleration: f32| AxisCommand {
         distance: f32::INFINITY,

@@ -11,7 +11,8 @@ use hil_sim::statistics::CHI_SQUARE_3_99;
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use vehicle_controller::params::GAINS;
+use vehicle_controller::params::{Id, Params, degrees};
+use vehicle_controller::vehicle::gains::OFFSET;
 
 /// What to calibrate on, and how.
 #[derive(Args)]
@@ -74,10 +75,14 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         .map(|log| log.name.chars().count());
     let width = names.max().unwrap_or_default().max(12);
     let mut text = heading(options, &fixes);
+    let names: Vec<_> = places(&params)
+        .map(|(_, name, _)| format!("{name:21}"))
+        .collect();
     writeln!(
         text,
-        "{:width$}  fixes  refused  d2/3  {:21}{:21}k_b",
-        "gains", "k_r", "k_l"
+        "{:width$}  fixes  refused  d2/3  {}",
+        "gains",
+        names.concat().trim_end()
     )?;
     let calibration = learner.calibration();
     writeln!(
@@ -85,7 +90,7 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         "{:width$}  {:22}{}",
         "before",
         "",
-        gains(&calibration)
+        gains(&calibration, &params)
     )?;
     for log in &logs {
         let taken = learner.learn(log)?;
@@ -98,7 +103,7 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
             log.name,
             taken.taken,
             taken.refused,
-            gains(&learner.calibration())
+            gains(&learner.calibration(), &params)
         )?;
     }
     let mut learned = params;
@@ -119,7 +124,7 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
     }
     write!(out, "{text}").context("standard output")?;
     if let Some(path) = &options.out {
-        write_points(path, &logs, learner.points())?;
+        write_points(path, &logs, learner.points(), &params)?;
     }
     if let Some(picture) = &options.plot {
         let title = format!("Calibration of {}", options.told.robot);
@@ -146,14 +151,38 @@ fn heading(options: &Options, fixes: &Fixes) -> String {
     )
 }
 
-fn gains(calibration: &vehicle_controller::vehicle::Calibration) -> String {
-    let pairs = calibration
-        .gains
-        .iter()
-        .zip(calibration.spread.deviations())
-        .take(GAINS.len());
-    let words: Vec<_> = pairs
-        .map(|(gain, deviation)| format!("{gain:.5} ± {deviation:.5}"))
+/// The places of the gains that a vehicle has, their names, and what one is in the parameter's unit.
+fn places(params: &Params) -> impl Iterator<Item = (usize, &'static str, f64)> {
+    let ids = params.gains().into_iter().enumerate();
+    ids.filter_map(|(place, id)| {
+        let unit = if place == OFFSET {
+            f64::from(degrees(1.0))
+        } else {
+            1.0
+        };
+        Some((place, name(id?), unit))
+    })
+}
+
+/// The theory's name of a gain.
+fn name(id: Id) -> &'static str {
+    match id {
+        Id::GainRight => "k_r",
+        Id::GainLeft => "k_l",
+        Id::GainBase => "k_b",
+        Id::GainDrive => "k_d",
+        other => other.spec().name,
+    }
+}
+
+fn gains(calibration: &vehicle_controller::vehicle::Calibration, params: &Params) -> String {
+    let deviations = calibration.spread.deviations();
+    let words: Vec<_> = places(params)
+        .map(|(place, _, unit)| {
+            let (gain, deviation) = (calibration.gains[place], deviations[place]);
+            let (gain, deviation) = (f64::from(gain) * unit, f64::from(deviation) * unit);
+            format!("{gain:.5} ± {deviation:.5}")
+        })
         .collect();
     words.join("    ")
 }
@@ -210,18 +239,29 @@ fn table(title: &str, verdicts: &[Verdict], width: usize) -> Result<String> {
     Ok(text)
 }
 
-fn write_points(path: &Path, logs: &[Log], points: &[Point]) -> Result<()> {
+fn write_points(path: &Path, logs: &[Log], points: &[Point], params: &Params) -> Result<()> {
     let shown = || path.display().to_string();
     let mut writer = csv::Writer::from_path(path).with_context(shown)?;
-    writer.write_record([
-        "t", "log", "k_r", "k_l", "k_b", "sd_r", "sd_l", "sd_b", "d2",
-    ])?;
+    let mut header = vec!["t".to_owned(), "log".to_owned()];
+    header.extend(places(params).map(|(_, name, _)| name.to_owned()));
+    header.extend(
+        places(params)
+            .map(|(_, name, _)| name.replacen("k_", "sd_", 1))
+            .map(|name| {
+                if name.starts_with("sd_") {
+                    name
+                } else {
+                    format!("sd_{name}")
+                }
+            }),
+    );
+    header.push("d2".to_owned());
+    writer.write_record(header)?;
     for point in points {
         let mut record = vec![format!("{:.6}", point.t), logs[point.log].name.clone()];
-        let gains = point.gains.iter().take(GAINS.len());
-        record.extend(gains.map(|gain| format!("{gain:.8}")));
-        let deviations = point.deviations().into_iter().take(GAINS.len());
-        record.extend(deviations.map(|deviation| format!("{deviation:.4e}")));
+        let deviations = point.deviations();
+        record.extend(places(params).map(|(i, _, unit)| format!("{:.8}", point.gains[i] * unit)));
+        record.extend(places(params).map(|(i, _, unit)| format!("{:.4e}", deviations[i] * unit)));
         record.push(
             point
                 .distance

@@ -23,3 +23,4 @@ pub mod soak;
 pub mod statistics;
 pub mod trace;
 pub mod umbmark;
+pub mod vehicle;

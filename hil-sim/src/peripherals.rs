@@ -14,7 +14,10 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::rc::Rc;
 use vehicle_controller::time::Duration;
-use vehicle_controller::vehicle::{Counter, Drive, OutputError, Servo, WheelCommand, servo};
+use vehicle_controller::vehicle::{
+    Counter, Drive, OutputError, Servo, ServoSteering, Steering, Voltmeter, WheelCommand, servo,
+    steering,
+};
 
 /// The wires of one wheel.
 #[derive(Debug, Default)]
@@ -43,6 +46,41 @@ impl Wires {
     }
 }
 
+/// The wires of a steering servo and its sensors.
+#[derive(Debug, Default)]
+pub struct SteeringWires {
+    /// Width of the pulses, out of [`FULL_PULSE`] of their period; 0: there are none.
+    pub pulse: Cell<u16>,
+    /// Voltage at the potentiometer, V.
+    pub volts: Cell<f32>,
+    /// Counts of the encoder.
+    pub counts: Rc<Wires>,
+    /// An angle that was measured elsewhere, rad: what a log says of it.
+    pub angle: Cell<Option<f32>>,
+}
+
+impl SteeringWires {
+    /// Width of the pulses, s.
+    pub fn pulse(&self) -> Option<f64> {
+        let pulse = self.pulse.get();
+        (pulse > 0)
+            .then(|| f64::from(pulse) / f64::from(FULL_PULSE) * f64::from(steering::PULSE_PERIOD))
+    }
+}
+
+/// All wires of a base.
+#[derive(Clone, Debug, Default)]
+pub struct Harness {
+    /// Of the motors with their encoders: left and right, or what the vehicle has instead.
+    pub wheels: [Rc<Wires>; 2],
+    /// Of a car's front wheels, which have encoders only.
+    pub front: [Rc<Wires>; 2],
+    /// Of the steering.
+    pub steering: Rc<SteeringWires>,
+}
+
+/// The reload value of a servo's PWM: 20 ms in microseconds.
+pub const FULL_PULSE: u16 = 20_000;
 /// The reload value of a 20 kHz PWM from a 168 MHz timer.
 pub const FULL_DUTY: u16 = 8400;
 
@@ -202,6 +240,79 @@ impl Drive for FakeDrive {
                 Ok(())
             }
         }
+    }
+}
+
+/// A servo's PWM channel.
+#[derive(Debug)]
+pub struct FakePulse(Rc<SteeringWires>);
+
+impl PwmErrorType for FakePulse {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for FakePulse {
+    fn max_duty_cycle(&self) -> u16 {
+        FULL_PULSE
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        self.0.pulse.set(duty);
+        Ok(())
+    }
+}
+
+/// A potentiometer at the board's converter.
+#[derive(Debug)]
+pub struct FakePotentiometer(Rc<SteeringWires>);
+
+impl Voltmeter for FakePotentiometer {
+    fn volts(&mut self) -> f32 {
+        self.0.volts.get()
+    }
+}
+
+/// A steering: the library's, on fake peripherals; its angle may come from a log.
+#[derive(Debug)]
+pub struct FakeSteering {
+    wires: Rc<SteeringWires>,
+    servo: ServoSteering<FakePulse, FakePotentiometer, FakeQei>,
+}
+
+impl FakeSteering {
+    /// A servo with its sensors on these wires.
+    ///
+    /// # Errors
+    /// None: the fakes never refuse.
+    pub fn new(wires: &Rc<SteeringWires>, config: &steering::Config) -> Result<Self, OutputError> {
+        Ok(Self {
+            wires: Rc::clone(wires),
+            servo: ServoSteering::new(
+                FakePulse(Rc::clone(wires)),
+                FakePotentiometer(Rc::clone(wires)),
+                FakeQei::new(Rc::clone(&wires.counts), false),
+                config,
+            )?,
+        })
+    }
+}
+
+impl Steering for FakeSteering {
+    fn configure(&mut self, config: &steering::Config) {
+        self.servo.configure(config);
+    }
+
+    fn angle(&mut self) -> f32 {
+        let measured = self.servo.angle();
+        self.wires.angle.get().unwrap_or(measured)
+    }
+
+    fn steer(&mut self, angle: f32) -> Result<(), OutputError> {
+        self.servo.steer(angle)
+    }
+
+    fn off(&mut self) -> Result<(), OutputError> {
+        self.servo.off()
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a base's parameters say of its gains, to draw bases from (theory section 6). Written from the equations: the controller's own is not asked.
 
 use nalgebra::{Matrix3, Vector3};
-use vehicle_controller::params::{GAINS, Id, Params, SPREAD};
+use vehicle_controller::params::{Id, Params};
 
 /// What is known of k_r, k_l and k_b.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,8 +17,8 @@ impl Prior {
     #[must_use]
     pub fn of(params: &Params) -> Self {
         let get = |id| f64::from(params.get(id));
-        let gains = Vector3::from(GAINS.map(get));
-        let [rr, lr, ll, br, bl, bb] = SPREAD.map(get);
+        let gains = Vector3::from([Id::GainRight, Id::GainLeft, Id::GainBase].map(get));
+        let [rr, lr, ll, br, bl, bb, ..] = Params::spread().map(get);
         let learned = Matrix3::new(rr, 0.0, 0.0, lr, ll, 0.0, br, bl, bb);
         if learned != Matrix3::zeros() {
             return Self {
@@ -62,6 +62,7 @@ impl Prior {
 mod tests {
     use super::*;
     use vehicle_controller::time::Duration;
+    use vehicle_controller::vehicle::differential;
 
     #[test]
     fn the_controller_has_the_same_prior() {
@@ -75,7 +76,10 @@ mod tests {
                 ])
                 .unwrap();
             let root = Prior::of(&params).root;
-            let theirs = params.build(Duration::millis(1)).calibration.spread;
+            let theirs = params
+                .build::<differential::Config>(Duration::millis(1))
+                .calibration
+                .spread;
             let difference = root * root.transpose() - theirs.covariance().fixed_view::<3, 3>(0, 0);
             // They store the root in f32, where variances nearly cancel.
             assert!(difference.abs().max() < 1e-9, "{difference}");

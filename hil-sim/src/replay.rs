@@ -1,15 +1,14 @@
 //! Replay: recorded counts through the real vehicle and estimator.
 
-use crate::peripherals::Wires;
+use crate::peripherals::Harness;
 use crate::plot::ReplayPath;
-use crate::rig::vehicle;
 use crate::robot::Robot;
 use crate::trace;
+use crate::vehicle::{configuration, vehicle};
 use anyhow::{Context, Result, anyhow, bail};
 use nalgebra::Matrix3;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::rc::Rc;
 use vehicle_controller::controller::{Belief, Estimate, Estimator, Pose};
 use vehicle_controller::math::{upper_triangle, wrap};
 use vehicle_controller::params::Params;
@@ -20,8 +19,12 @@ use vehicle_controller::vehicle::VirtualVehicle;
 pub struct Row {
     /// Time, s.
     pub t: f64,
-    /// Counts since the row before, left first.
+    /// Counts since the row before, of the motors: left first.
     pub counts: [i64; 2],
+    /// Counts since the row before of a car's front wheels, left first.
+    pub front: [i64; 2],
+    /// The steering angle, rad, where there is one.
+    pub steer: Option<f64>,
     /// x, y (m), θ (rad), where known.
     pub truth: Option<[f64; 3]>,
 }
@@ -32,8 +35,29 @@ impl From<&trace::Row> for Row {
         Self {
             t: row.t,
             counts: [row.left_count, row.right_count],
+            front: [0; 2],
+            steer: None,
             truth: Some([row.true_x, row.true_y, row.true_theta]),
         }
+    }
+}
+
+impl Row {
+    /// Lets the encoders count on, and the steering point, as it says.
+    pub fn show(&self, harness: &Harness) {
+        let wheels = harness.wheels.iter().zip(self.counts);
+        for (wires, counts) in wheels.chain(harness.front.iter().zip(self.front)) {
+            wires.edges.set(wires.edges.get() + counts);
+        }
+        self.show_steering(harness);
+    }
+
+    /// Lets the steering point as it says.
+    fn show_steering(&self, harness: &Harness) {
+        harness
+            .steering
+            .angle
+            .set(self.steer.map(|angle| angle as f32));
     }
 }
 
@@ -46,7 +70,9 @@ pub struct Log {
 }
 
 impl Log {
-    /// Reads a log: CSV with the columns `t,left,right` and optionally `x,y,theta`, in any order; others are left out.
+    /// Reads a log: CSV with the columns `t,left,right` and optionally `x,y,theta`, in any order; others are left out. Of a tricycle or a synchro drive it has
+    /// `drive` instead of `left` and `right`; of a vehicle that steers `steer`, the steering angle in rad; of a synchro drive `turn`, the steering's counts; of a car
+    /// with four encoders `front_left` and `front_right`, too.
     ///
     /// # Errors
     /// With file and line, if it cannot be read or is wrong.
@@ -69,7 +95,18 @@ impl Log {
         let required = |name: &str| {
             column(name).ok_or_else(|| anyhow!("{shown}:1: there is no column `{name}`"))
         };
-        let (t, left, right) = (required("t")?, required("left")?, required("right")?);
+        let t = required("t")?;
+        let motors = match (column("drive"), column("left")) {
+            (Some(drive), None) => [Some(drive), column("turn")],
+            (None, Some(left)) => [Some(left), Some(required("right")?)],
+            (Some(_), Some(_)) => bail!("{shown}:1: there are columns `drive` and `left`"),
+            (None, None) => bail!("{shown}:1: there is no column `left` (or `drive`)"),
+        };
+        let front = [column("front_left"), column("front_right")];
+        if front[0].is_some() != front[1].is_some() {
+            bail!("{shown}:1: of front_left and front_right there must be both or none");
+        }
+        let steer = column("steer");
         let truth = match [column("x"), column("y"), column("theta")] {
             [Some(x), Some(y), Some(theta)] => Some([x, y, theta]),
             [None, None, None] => None,
@@ -92,7 +129,8 @@ impl Log {
                     ),
                 }
             };
-            let count = |index: usize| -> Result<i64> {
+            let count = |index: Option<usize>| -> Result<i64> {
+                let Some(index) = index else { return Ok(0) };
                 let counts = number(index)?;
                 if counts.fract() != 0.0 || counts.abs() > f64::from(i32::MAX) {
                     bail!(
@@ -104,7 +142,9 @@ impl Log {
             };
             let row = Row {
                 t: number(t)?,
-                counts: [count(left)?, count(right)?],
+                counts: [count(motors[0])?, count(motors[1])?],
+                front: [count(front[0])?, count(front[1])?],
+                steer: steer.map(number).transpose()?,
                 truth: match truth {
                     Some([x, y, theta]) => Some([number(x)?, number(y)?, number(theta)?]),
                     None => None,
@@ -148,10 +188,14 @@ impl Log {
     /// As for [`Log::new`].
     pub fn recorded(name: String, rows: impl IntoIterator<Item = Row>) -> Result<Self> {
         let mut last = None;
+        let difference = |now: [i64; 2], then: [i64; 2]| [now[0] - then[0], now[1] - then[1]];
         let since = |row: Row| {
-            let before = last.replace(row.counts).unwrap_or(row.counts);
-            let counts = [row.counts[0] - before[0], row.counts[1] - before[1]];
-            Row { counts, ..row }
+            let before = last.replace(row).unwrap_or(row);
+            Row {
+                counts: difference(row.counts, before.counts),
+                front: difference(row.front, before.front),
+                ..row
+            }
         };
         Self::new(name, rows.into_iter().map(since).collect())
     }
@@ -220,14 +264,15 @@ pub fn replay_from(
     params: &Params,
     covariance: Matrix3<f64>,
 ) -> Result<Replay> {
-    let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
+    let harness = Harness::default();
     // A log's row may hold more counts than a narrow counter can.
     let robot = Robot {
         narrow_counters: false,
         ..robot.clone()
     };
-    let mut vehicle = vehicle(&wires, &robot, params)?;
-    let config = params.build(crate::rig::PERIOD);
+    log.rows[0].show_steering(&harness);
+    let mut vehicle = vehicle(&harness, &robot, params)?;
+    let config = configuration(params, crate::rig::PERIOD);
     let mut estimator = Estimator::new(config.noise);
     let [x, y, theta] = log.start();
     let pose = Pose { x, y, theta };
@@ -237,10 +282,9 @@ pub fn replay_from(
 
     let mut estimates = vec![estimator.present()];
     for rows in log.rows.windows(2) {
-        for (wires, counts) in wires.iter().zip(rows[1].counts) {
-            wires.edges.set(wires.edges.get() + counts);
-        }
+        rows[1].show(&harness);
         let motion = vehicle.sense((rows[1].t - rows[0].t) as f32);
+        estimator.set_influence(vehicle.influence());
         estimator.advance(motion.increment, vehicle.resolution());
         estimates.push(estimator.present());
     }

@@ -1,22 +1,17 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
 use crate::faults::{Fault, FaultSet, FaultyLink};
-use crate::peripherals::{FakeDrive, FakeFlash, FakeQei, Wires, converted};
+use crate::peripherals::{FakeFlash, Harness, converted};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
 use crate::robot::{Model, Robot};
 use crate::trace::Row;
+use crate::vehicle::{Desk, Vehicle, vehicle};
 use anyhow::{Result, bail};
-use std::rc::Rc;
 use vehicle_controller::controller::{Controller, Event, Inputs, Interface, Snapshot};
-use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
-use vehicle_controller::params::Params;
+use vehicle_controller::interpreter::{Identity, Interpreter};
 use vehicle_controller::params::store::Store;
 use vehicle_controller::supervisor::{self, Place};
 use vehicle_controller::time::{self, Duration, Instant};
-use vehicle_controller::vehicle::DifferentialDrive;
-
-/// The vehicle of every simulated robot.
-pub type Vehicle = DifferentialDrive<FakeQei, FakeQei, FakeDrive, FakeDrive>;
 
 /// The period of the control loop.
 pub const PERIOD: Duration = Duration::millis(1);
@@ -31,7 +26,7 @@ const STORE_STEPS: u32 = 16;
 #[derive(Debug)]
 pub struct Rig {
     plant: Plant,
-    wires: [Rc<Wires>; 2],
+    harness: Harness,
     faults: FaultSet,
     robot: Robot,
     ideal: bool,
@@ -50,29 +45,6 @@ pub struct Rig {
     serial: FaultyLink,
 }
 
-/// A vehicle on fake peripherals.
-///
-/// # Errors
-/// None: the fakes never refuse.
-pub fn vehicle(wires: &[Rc<Wires>; 2], robot: &Robot, params: &Params) -> Result<Vehicle> {
-    let config = params.build(PERIOD).vehicle;
-    let drive = |wheel: usize| -> Result<FakeDrive> {
-        let wires = Rc::clone(&wires[wheel]);
-        Ok(match robot.model {
-            Model::Dynamic => FakeDrive::bridge(wires, config.servo[wheel])?,
-            Model::Ideal => FakeDrive::Ideal(wires),
-        })
-    };
-    let qei = |wheel: usize| FakeQei::new(Rc::clone(&wires[wheel]), robot.narrow_counters);
-    Ok(DifferentialDrive::new(
-        qei(0),
-        qei(1),
-        drive(0)?,
-        drive(1)?,
-        &config,
-    ))
-}
-
 impl Rig {
     /// Powers a robot up, with nothing stored: its parameters are its defaults. The same robot and seed give the same run, bit for bit.
     ///
@@ -88,11 +60,13 @@ impl Rig {
     /// None: the fakes never refuse.
     pub fn with_flash(robot: &Robot, seed: u64, flash: FakeFlash) -> Result<Self> {
         let plant = Plant::new(&robot.physics, seed);
-        let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
+        let harness = Harness::default();
         let faults = FaultSet::new(&plant, seed);
-        for (wires, count) in wires.iter().zip(plant.counts()) {
-            wires.edges.set(count);
-        }
+        show(&harness, &plant, plant.counts());
+        harness
+            .steering
+            .volts
+            .set(converted(plant.steering_signal()));
         let now = Instant::from_ticks(0);
         let ideal = robot.model == Model::Ideal;
         let battery_divider = (!ideal).then_some(robot.physics.battery.divider);
@@ -102,10 +76,10 @@ impl Rig {
             desk,
             interpreter,
             store,
-        } = boot(robot, &wires, &inputs, flash)?;
+        } = boot(robot, &harness, &inputs, flash)?;
         Ok(Self {
             plant,
-            wires,
+            harness,
             faults,
             robot: robot.clone(),
             ideal,
@@ -134,7 +108,7 @@ impl Rig {
             estop_open: self.estop,
             ..convert(&self.plant, self.battery_divider)
         };
-        let booted = boot(&self.robot, &self.wires, &inputs, flash)?;
+        let booted = boot(&self.robot, &self.harness, &inputs, flash)?;
         self.controller = booted.controller;
         self.desk = booted.desk;
         self.interpreter = booted.interpreter;
@@ -213,7 +187,7 @@ impl Rig {
 
     /// What the drivers of the motors are told.
     pub fn bridges(&self) -> [BridgeInput; 2] {
-        self.wires.each_ref().map(|wires| wires.bridge())
+        self.harness.wheels.each_ref().map(|wires| wires.bridge())
     }
 
     /// The truth.
@@ -231,6 +205,8 @@ impl Rig {
     pub fn tick(&mut self) {
         // Converted when the last tick had read the one before.
         let analog = convert(&self.plant, self.battery_divider);
+        let steering = converted(self.plant.steering_signal());
+        self.harness.steering.volts.set(steering);
         self.advance_plant();
         self.serial.advance(PERIOD);
         self.interpreter.receive_from(&mut self.serial);
@@ -272,7 +248,7 @@ impl Rig {
         } else {
             Push::default()
         };
-        let [left, right] = &self.wires;
+        let [left, right] = &self.harness.wheels;
         let command = if self.ideal {
             Command::Speed([f64::from(left.speed.get()), f64::from(right.speed.get())])
         } else {
@@ -281,15 +257,18 @@ impl Rig {
         let input = Input {
             command,
             push,
-            steering: None,
+            steering: self.harness.steering.pulse(),
         };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
             self.plant.step(dt, &input);
         }
-        let counts = self.plant.counts();
-        left.edges.set(self.faults.encoders[0].show(counts[0]));
-        right.edges.set(self.faults.encoders[1].show(counts[1]));
+        let [left, right] = self.plant.counts();
+        let shown = [
+            self.faults.encoders[0].show(left),
+            self.faults.encoders[1].show(right),
+        ];
+        show(&self.harness, &self.plant, shown);
     }
 
     fn interpret(&mut self) {
@@ -350,6 +329,15 @@ impl Rig {
     }
 }
 
+/// Puts what the encoders show on their wires: these counts of the motors, and what the plant says of the others.
+fn show(harness: &Harness, plant: &Plant, counts: [i64; 2]) {
+    let wheels = harness.wheels.iter().zip(counts);
+    for (wires, count) in wheels.chain(harness.front.iter().zip(plant.front_counts())) {
+        wires.edges.set(count);
+    }
+    harness.steering.counts.edges.set(plant.steering_counts());
+}
+
 /// What starts with the power.
 struct Booted {
     controller: Controller<Vehicle>,
@@ -359,16 +347,11 @@ struct Booted {
 }
 
 /// What the firmware does from power-on to its first tick.
-fn boot(
-    robot: &Robot,
-    wires: &[Rc<Wires>; 2],
-    inputs: &Inputs,
-    flash: FakeFlash,
-) -> Result<Booted> {
+fn boot(robot: &Robot, harness: &Harness, inputs: &Inputs, flash: FakeFlash) -> Result<Booted> {
     let mut store = Store::open(flash);
     let found = store.load_or_defaults(&robot.params);
     let params = &found.params;
-    let vehicle = vehicle(wires, robot, params)?;
+    let vehicle = vehicle(harness, robot, params)?;
     let fault = found.lost.then_some(supervisor::Fault::Storage);
     let mut controller = Controller::new(vehicle, params.build(PERIOD), fault);
     controller.tick(Instant::from_ticks(0), inputs);

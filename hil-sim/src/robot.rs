@@ -1,19 +1,23 @@
 //! Robots: what they truly are, and what their controller believes of them. One TOML file each.
 
-use crate::plant::Physics;
+use crate::plant::{Chassis, Physics};
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
 use vehicle_controller::params::{Id, ParamError, Params};
+use vehicle_controller::vehicle::Kind;
 
 /// The robots that come with the simulator: name and file.
-const PRESETS: [(&str, &str); 4] = [
+const PRESETS: [(&str, &str); 7] = [
     ("default", include_str!("../robots/default.toml")),
     ("uncalibrated", include_str!("../robots/uncalibrated.toml")),
     ("ideal", include_str!("../robots/ideal.toml")),
     ("robuter", include_str!("../robots/robuter.toml")),
+    ("synchro", include_str!("../robots/synchro.toml")),
+    ("tricycle", include_str!("../robots/tricycle.toml")),
+    ("cycab", include_str!("../robots/cycab.toml")),
 ];
 
 /// How the wheels follow their commands.
@@ -99,17 +103,24 @@ impl Robot {
             let at = place(text, &format!("physics.{key}")).map_or(1, line);
             anyhow!("{name}:{at}: {error}")
         })?;
+        let vehicle = match file.physics.chassis {
+            Chassis::Differential => Kind::Differential,
+            Chassis::Synchro(_) => Kind::Synchro,
+            Chassis::Tricycle(_) => Kind::Tricycle,
+            Chassis::Bisteerable(_) => Kind::BiSteerable,
+        };
         let mut values = Vec::new();
         let mut lines = BTreeMap::new();
         for (key, value) in &file.parameters {
             let at = line(value.span().start);
-            let Some(id) = Id::find(key.as_bytes()) else {
+            let id = Id::find(key.as_bytes()).filter(|id| id.is_of(vehicle));
+            let Some(id) = id else {
                 bail!("{name}:{at}: no parameter `{key}`");
             };
             lines.insert(id.spec().name, at);
             values.push((id, *value.get_ref() as f32));
         }
-        let mut params = Params::default();
+        let mut params = Params::of(vehicle);
         params.set_all(&values).map_err(|error| {
             let (ParamError::Range(id) | ParamError::Conflict(id, _)) = error;
             let at = lines.get(id.spec().name).copied().unwrap_or(1);

@@ -14,6 +14,7 @@ pub fn apply(params: &mut Params, settings: &[String]) -> Result<()> {
             .split_once('=')
             .ok_or_else(|| anyhow!("--set {setting}: write name=value"))?;
         let id = Id::find(name.trim().as_bytes())
+            .filter(|id| id.is_of(params.vehicle()))
             .ok_or_else(|| anyhow!("--set {setting}: no parameter `{name}`"))?;
         let value: f32 = value
             .trim()

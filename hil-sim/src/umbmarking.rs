@@ -11,7 +11,7 @@ use hil_sim::umbmark::{ClosedForm, Directions, Squares, drive};
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use vehicle_controller::params::{GAINS, Id, Params};
+use vehicle_controller::params::{Id, Params};
 use vehicle_controller::vehicle::gains::of_each;
 use vehicle_controller::vehicle::{Calibration, Spread};
 
@@ -88,6 +88,9 @@ pub fn umbmark_command(options: &Options) -> Result<()> {
     }
     Ok(())
 }
+
+/// What the squares tell of.
+const GAINS: [Id; 3] = [Id::GainRight, Id::GainLeft, Id::GainBase];
 
 /// What the squares tell.
 struct Found {

@@ -6,6 +6,7 @@ use super::compound::{Odometer, Play};
 use super::messages::Config;
 use super::reckoning::{Reckoning, WidePose};
 use crate::math::positive_part;
+use crate::vehicle::gains::{OFFSET, OFFSETS};
 use crate::vehicle::{Calibration, GAINS, Influence, Twist};
 use nalgebra::Matrix3;
 
@@ -31,8 +32,9 @@ pub struct Noise {
     pub drift: f32,
     /// κ_rot: variance of the heading per rotation, rad²/rad.
     pub rotation: f32,
-    /// κ_steer: a white part of the steering angle along the path, rad²·m.
-    pub steering: f32,
+    /// κ_steer, where the gains have an offset: a random part of the steering angle, white along the path, rad²·m. Over a distance ΔS, ∫δφ dS has the
+    /// variance κ_steer |ΔS|.
+    pub steering: [f32; OFFSETS],
 }
 
 /// An estimate of the pose with its covariance.
@@ -184,7 +186,11 @@ impl Estimator {
             translation: travelled,
             rotation: 0.0,
         };
-        let effects = self.influence.of(motion).map(|effect| effect.translation);
+        let mut effects = self.influence.of(motion).map(|effect| effect.translation);
+        // Going straight, the wheels point straight ahead, wherever they point now: an offset that is small makes the run no longer.
+        if let Some(offset) = effects.get_mut(OFFSET) {
+            *offset = 0.0;
+        }
         (effects, self.noise.translation * travelled.abs())
     }
 
@@ -212,6 +218,13 @@ impl Estimator {
         }
     }
 
+    /// What the gains do to the motion from here on: of a vehicle that steers it is another in each tick. What has moved by less than the window since the
+    /// covariance was last propagated (10 mm or 2°) takes it, too.
+    #[inline]
+    pub fn set_influence(&mut self, influence: Influence) {
+        self.influence = influence;
+    }
+
     /// False once a number of the estimate is infinite or none. Only a new estimate mends that: see [`apply`](Self::apply).
     #[inline]
     #[must_use]
@@ -227,6 +240,10 @@ impl Estimator {
         }
         copy.since = self.since;
         copy.plays = self.plays;
+        // Of vehicles without an offset it changes seldom.
+        if OFFSETS > 0 {
+            copy.influence = self.influence;
+        }
     }
 
     fn fold(&mut self) {
@@ -310,7 +327,7 @@ mod tests {
         translation: 1e-5,
         drift: 2.7e-5,
         rotation: 2e-4,
-        steering: 0.0,
+        steering: [0.0; OFFSETS],
     };
 
     #[test]
@@ -345,5 +362,27 @@ mod tests {
         assert!((a.pose.y - b.pose.y).abs() < 1e-7);
         assert!((a.pose.theta - b.pose.theta).abs() < 1e-7);
         assert!((a.covariance - b.covariance).abs().max() < 1e-3 * b.covariance.abs().max());
+    }
+
+    #[cfg(feature = "vehicles")]
+    #[test]
+    fn a_copy_knows_how_the_wheels_are_steered_now() {
+        let mut estimator = Estimator::new(Noise {
+            steering: [1e-4],
+            ..NOISE
+        });
+        let mut copy = estimator;
+        let increment = Twist {
+            translation: 1e-3,
+            rotation: 1e-4,
+        };
+        for tick in 0..1000 {
+            let mut influence = Influence::default();
+            influence.by_gain[OFFSET] = [0.1, 0.2, 0.8, 0.001 * tick as f32];
+            estimator.set_influence(influence);
+            estimator.advance(increment, Twist::ZERO);
+            estimator.update_copy(&mut copy);
+            assert_eq!(copy.belief(), estimator.belief());
+        }
     }
 }

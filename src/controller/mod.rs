@@ -173,6 +173,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
 
         self.motion = self.vehicle.sense(elapsed.seconds);
         let increment = self.counted(elapsed.seconds);
+        if self.vehicle.steers() {
+            self.estimator.set_influence(self.vehicle.influence());
+        }
         self.estimator.advance(increment, self.vehicle.resolution());
         self.translation
             .measure(increment.translation, elapsed.steps);
@@ -362,7 +365,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if share < self.share || share > self.share * (1.0 + SHARE_RIPPLE) {
             self.share = share;
         }
-        let shares = if V::STEERS {
+        let shares = if self.vehicle.steers() {
             self.steered_shares(self.share)
         } else {
             [self.share; 2]
@@ -381,7 +384,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if let Some(AxisEvent::Done(residual)) = moved {
             self.note(Event::MoveDone(residual));
         }
-        if V::STEERS {
+        if self.vehicle.steers() {
             self.end_turn_at_rest();
         }
         let turned = self
@@ -390,7 +393,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if let Some(AxisEvent::Done(residual)) = turned {
             self.note(Event::TurnDone(residual));
         }
-        if V::STEERS && shares[0] == 0.0 {
+        if self.vehicle.steers() && shares[0] == 0.0 {
             self.translation.set_out();
             self.rotation.set_out();
         }
@@ -432,7 +435,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation,
             rotation,
         } = self.motion.speed;
-        let heading = if V::STEERS {
+        let heading = if self.vehicle.steers() {
             self.rotation.is_settled()
         } else {
             within(&self.rotation, &self.config.rotation, rotation)
@@ -443,7 +446,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     fn drive(&mut self, supply: f32) -> Result<(), crate::vehicle::OutputError> {
         let config = &self.config;
         let period = self.period;
-        let speed = if V::STEERS {
+        let speed = if self.vehicle.steers() {
             self.steered_speed()
         } else {
             Twist {

@@ -7,7 +7,8 @@
 use super::belief::Leverage;
 use super::compound::Compound;
 use super::estimator::{Noise, Pose};
-use crate::math::{Factor, Sum, reduced, sin_cos};
+use crate::math::{Factor, Sum, larger, reduced, sin_cos};
+use crate::vehicle::gains::OFFSET;
 use crate::vehicle::{GAINS, Influence, Spread, Twist};
 use nalgebra::Matrix3;
 
@@ -49,6 +50,10 @@ impl Reckoning {
     ///     Φ_S = [cos θ_m, sin θ_m, 0]ᵀ                      Φ_α = [−Δy/2, Δx/2, 1]ᵀ
     ///     q_S = κ_S |ΔS|     q_α = κ_drift |ΔS| + κ_rot |Δα|     θ_m = θ + Δα/2
     /// ```
+    ///
+    /// A vehicle that steers adds e q_φ eᵀ, with e = Φ_S ∂ΔS/∂φ + Φ_α ∂Δα/∂φ and q_φ the variance of the steering angle's mean over the window: with a random
+    /// part that is white along the path, ∫δφ dS has the variance κ_steer |ΔS|, the mean (1/ΔS) ∫δφ dS that of κ_steer/|ΔS|. What was travelled is the
+    /// variation of S, without the encoders' flicker, hence q_φ = κ_steer V/ΔS²; or κ_steer/V, where it has turned back.
     pub(super) fn propagate(&mut self, motion: &Compound, noise: &Noise, influence: &Influence) {
         let heading = reduced(self.pose.theta);
         let (dx, dy) = self.pose.advance(motion);
@@ -84,6 +89,24 @@ impl Reckoning {
         ];
         for (element, added) in self.covariance.iter_mut().zip(added) {
             element.add(added);
+        }
+        for (offset, steering) in effects.iter().skip(OFFSET).zip(noise.steering) {
+            let (s, a) = (offset.translation, offset.rotation);
+            let effect = [cos * s + phi_x * a, sin * s + phi_y * a, a];
+            // What the steered wheel rolls is the path as long as it points ahead; where it points aside, ∂ΔS/∂φ is.
+            let rolled = larger(variation.translation, s.abs());
+            let distance = larger(motion.increment().translation.abs(), rolled);
+            if distance > 0.0 {
+                self.add_outer(steering * rolled, effect.map(|effect| effect / distance));
+            }
+        }
+    }
+
+    /// C := C + q v vᵀ.
+    fn add_outer(&mut self, q: f32, [x, y, theta]: [f32; 3]) {
+        let added = [x * x, x * y, x * theta, y * y, y * theta, theta * theta];
+        for (element, added) in self.covariance.iter_mut().zip(added) {
+            element.add(q * added);
         }
     }
 

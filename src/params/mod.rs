@@ -23,6 +23,7 @@ use others::{gains_of, own_defaults, prior, steering_noise, turns_in_place};
 use crate::controller::{AxisConfig, Config, Limits, Noise, Sensing};
 use crate::supervisor::{self, MotorModel};
 use crate::time::Duration;
+use crate::vehicle::gains::OFFSETS;
 use crate::vehicle::{self, servo};
 use core::f32::consts::PI;
 
@@ -204,7 +205,7 @@ impl Params {
                 drift: radians(radians(self.get(Id::NoiseDrift))),
                 // °²/° is °, and rad²/rad is rad.
                 rotation: radians(self.get(Id::NoiseRot)),
-                steering: steering_noise(self),
+                steering: [steering_noise(self); OFFSETS],
             },
             calibration: self.calibration(),
             anew: false,

@@ -186,8 +186,6 @@ where
 {
     type Config = Config;
 
-    const STEERS: bool = true;
-
     fn configure(&mut self, config: &Config) {
         self.config = *config;
         self.carry = Carry::default();
@@ -247,6 +245,10 @@ where
 
     fn resolution(&self) -> Twist {
         self.straight.resolution()
+    }
+
+    fn steers(&self) -> bool {
+        true
     }
 
     fn max_curvature(&self) -> f32 {

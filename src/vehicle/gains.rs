@@ -15,6 +15,8 @@ pub const GAINS: usize = if cfg!(feature = "vehicles") { 4 } else { 3 };
 pub const ROOT: usize = GAINS * (GAINS + 1) / 2;
 /// Which of them is the offset, where there is one: `get` finds it, or nothing.
 pub const OFFSET: usize = 3;
+/// How many are offsets: one, or none.
+pub const OFFSETS: usize = GAINS - OFFSET;
 
 /// A number for each gain.
 pub type GainVector = SVector<f64, GAINS>;
@@ -159,7 +161,7 @@ impl Calibration {
     /// Nothing is off.
     pub const NOMINAL: [f32; GAINS] = {
         let mut gains = [1.0; GAINS];
-        if GAINS > OFFSET {
+        if OFFSETS > 0 {
             gains[GAINS - 1] = 0.0;
         }
         gains
@@ -187,5 +189,85 @@ impl Default for Calibration {
             gains: Self::NOMINAL,
             spread: Spread::NONE,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A root with this on its diagonal, and below it numbers of any sign.
+    fn root(diagonal: f64) -> GainMatrix {
+        GainMatrix::from_fn(|row, column| match row.cmp(&column) {
+            core::cmp::Ordering::Less => 0.0,
+            core::cmp::Ordering::Equal => diagonal,
+            core::cmp::Ordering::Greater => 0.3 - 0.2 * (row + 2 * column) as f64,
+        })
+    }
+
+    #[test]
+    fn a_root_is_cholesky_s() {
+        let p = root(0.7) * root(0.7).transpose();
+        let spread = Spread::of(&p);
+        // It has the digits of an f32.
+        assert!((spread.matrix() - root(0.7)).abs().max() < 1e-7);
+        assert!((spread.covariance() - p).abs().max() < 3e-7);
+        let mut elements = spread.root.iter();
+        for (index, row) in spread.rows().iter().enumerate() {
+            let (left, right) = row.split_at(index + 1);
+            assert!(left.iter().eq(elements.by_ref().take(index + 1)));
+            assert!(right.iter().all(|element| *element == 0.0));
+        }
+        assert_eq!(elements.next(), None);
+        for (deviation, variance) in spread.deviations().iter().zip(&p.diagonal()) {
+            assert!((f64::from(*deviation) - variance.sqrt()).abs() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn what_is_known_leaves_zeros_and_no_nan() {
+        assert_eq!(Spread::of(&GainMatrix::zeros()), Spread::NONE);
+        // All gains are one, and rounding has left less than nothing of the second.
+        let mut p = GainMatrix::from_element(0.25);
+        p[(1, 1)] -= 1e-14;
+        let spread = Spread::of(&p);
+        let first = GainMatrix::from_fn(|_, column| if column == 0 { 0.5 } else { 0.0 });
+        assert_eq!(spread.matrix(), first);
+        // One that is known among others.
+        let mut p = root(0.7) * root(0.7).transpose();
+        p.column_mut(1).fill(0.0);
+        p.row_mut(1).fill(0.0);
+        assert!((Spread::of(&p).covariance() - p).abs().max() < 3e-7);
+    }
+
+    #[test]
+    fn gains_are_ratios_and_the_offset_a_difference() {
+        let plausible = |gains| {
+            let spread = Spread::NONE;
+            Calibration { gains, spread }.is_plausible()
+        };
+        assert!(plausible(Calibration::NOMINAL));
+        assert_eq!(Calibration::NOMINAL, of_each([1.0; 3], 0.0));
+        for index in 0..GAINS {
+            let (low, high) = if index < OFFSET {
+                (0.8, 1.25)
+            } else {
+                (-0.25, 0.25)
+            };
+            for (value, within) in [
+                (low, true),
+                (high, true),
+                (low - 0.01, false),
+                (high + 0.01, false),
+                (f32::NAN, false),
+            ] {
+                let mut gains = Calibration::NOMINAL;
+                gains[index] = value;
+                assert_eq!(plausible(gains), within, "{index} {value}");
+            }
+        }
+        let mut unknown = Calibration::default();
+        unknown.spread.root[ROOT - 1] = f32::INFINITY;
+        assert!(!unknown.is_plausible());
     }
 }

@@ -122,10 +122,6 @@ pub trait VirtualVehicle {
     /// Everything that parameters decide, in SI units and ready to use.
     type Config: Clone;
 
-    /// Its wheels are steered: what its gains do to a motion depends on where they point, it may have to steer before it moves, and it holds its heading
-    /// only while it moves.
-    const STEERS: bool = false;
-
     /// Takes a new configuration over; what the servos have learned stays. Geometry changes at rest only: the caller sees to it.
     fn configure(&mut self, config: &Self::Config);
 
@@ -140,6 +136,12 @@ pub trait VirtualVehicle {
     /// What a change of the gains would do to its motions.
     fn influence(&self) -> Influence {
         Influence::default()
+    }
+
+    /// True if its wheels are steered: what its gains do to a motion depends on where they point, it may have to point them before it moves, and it holds its
+    /// heading only while it moves.
+    fn steers(&self) -> bool {
+        false
     }
 
     /// The largest curvature v_α/v_s of its path, 1/m; infinite if it rotates without translating.

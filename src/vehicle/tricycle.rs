@@ -110,8 +110,6 @@ where
 {
     type Config = Config;
 
-    const STEERS: bool = true;
-
     fn configure(&mut self, config: &Config) {
         self.config = *config;
         self.encoder.set_reversed(config.encoder_reversed);
@@ -153,6 +151,10 @@ where
             translation: count,
             rotation: count / self.geometry.wheel_base(),
         }
+    }
+
+    fn steers(&self) -> bool {
+        true
     }
 
     fn max_curvature(&self) -> f32 {

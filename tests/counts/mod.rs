@@ -12,6 +12,7 @@ use vehicle_controller::controller::{Estimator, Noise};
 use vehicle_controller::params::Params;
 use vehicle_controller::time::Duration;
 use vehicle_controller::vehicle::differential::{self, DifferentialDrive, Geometry};
+use vehicle_controller::vehicle::gains::OFFSETS;
 use vehicle_controller::vehicle::{
     Calibration, Counter, Drive, OutputError, VirtualVehicle, WheelCommand, servo,
 };
@@ -27,6 +28,7 @@ pub fn noise() -> Noise {
         translation: 1e-5,
         drift: 0.3_f64.to_radians().powi(2) as f32,
         rotation: 2e-4,
+        steering: [0.0; OFFSETS],
     }
 }
 

@@ -1,18 +1,21 @@
 //! What was learned, as lines for the serial port of a base that is to know it.
 
-use vehicle_controller::params::{GAINS, Id, Params, SPREAD};
+use vehicle_controller::params::{Id, Params};
 
 /// `SetParam` lines of the gains: they replace whatever gains are in force. The base must stand.
 #[must_use]
 pub fn set_gains(params: &Params) -> String {
-    GAINS.map(|id| set(params, id)).concat()
+    let gains = params.gains().into_iter().flatten();
+    gains.map(|id| set(params, id)).collect()
 }
 
 /// `SetParam` lines of the gains and of how well they are known, and `SaveParams`: for a base whose other parameters are these. The gains come first: another
 /// gain makes a base doubt what it has learned.
 #[must_use]
 pub fn set_calibration(params: &Params) -> String {
-    let spread = SPREAD.map(|id| set(params, id)).concat();
+    let vehicle = params.vehicle();
+    let spread = Params::spread().into_iter().filter(|id| id.is_of(vehicle));
+    let spread: String = spread.map(|id| set(params, id)).collect();
     set_gains(params) + &spread + "SaveParams\n"
 }
 

@@ -6,18 +6,17 @@ mod verdict;
 pub use commands::{set_calibration, set_gains};
 pub use verdict::{Verdict, verdict};
 
-use crate::peripherals::Wires;
+use crate::peripherals::Harness;
 use crate::replay::{Log, Row};
-use crate::rig::{PERIOD, Vehicle, vehicle};
+use crate::rig::PERIOD;
 use crate::robot::Robot;
+use crate::vehicle::{Desk, Vehicle, vehicle};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
-use std::rc::Rc;
 use vehicle_controller::controller::{
     Controller, CorrectionError, Inputs, Interface, MAX_AGE, Observation, Pose, Refusal,
 };
-use vehicle_controller::interpreter::Desk;
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::{self, Duration, Instant};
 use vehicle_controller::vehicle::gains::GainMatrix;
@@ -125,7 +124,7 @@ struct Late {
 /// A base that is carried along recorded paths: its motors stand still, its encoders count what the log says.
 #[derive(Debug)]
 pub struct Learner {
-    wires: [Rc<Wires>; 2],
+    harness: Harness,
     controller: Controller<Vehicle>,
     desk: Desk,
     fixes: Fixes,
@@ -147,20 +146,20 @@ impl Learner {
     /// If there can be no such fixes.
     pub fn new(robot: &Robot, params: &Params, fixes: &Fixes) -> Result<Self> {
         fixes.check()?;
-        let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
+        let harness = Harness::default();
         // A log's row may hold more counts than a narrow counter can.
         let robot = Robot {
             narrow_counters: false,
             ..robot.clone()
         };
-        let vehicle = vehicle(&wires, &robot, params)?;
+        let vehicle = vehicle(&harness, &robot, params)?;
         let mut controller = Controller::new(vehicle, params.build(PERIOD), None);
         let begin = Instant::from_ticks(0);
         controller.tick(begin, &Inputs::default());
         let mut desk = Interface::new(controller.snapshot(), params.limits());
         desk.learn(true);
         Ok(Self {
-            wires,
+            harness,
             controller,
             desk,
             fixes: *fixes,
@@ -224,9 +223,7 @@ impl Learner {
             let place = || format!("{}, {} s", log.name, row.t);
             let pose = pose(row).ok_or_else(|| anyhow!("{}: the truth is not known", log.name))?;
             if index > 0 {
-                for (wires, counts) in self.wires.iter().zip(row.counts) {
-                    wires.edges.set(wires.edges.get() + counts);
-                }
+                row.show(&self.harness);
             }
             self.tick(now);
             if let Some(fault) = self.controller.snapshot().fault {

@@ -2,22 +2,21 @@
 
 use super::Plan;
 use super::world::{Drawing, World};
-use crate::peripherals::Wires;
+use crate::peripherals::Harness;
 use crate::prior::Prior;
 use crate::random::Random;
-use crate::rig::{Vehicle, vehicle};
 use crate::robot::Robot;
 use crate::se2::{self, Pose, pose_of};
+use crate::vehicle::{Desk, Vehicle, vehicle};
 use anyhow::{Result, anyhow};
 use nalgebra::{Matrix3, Vector3};
-use std::rc::Rc;
 use vehicle_controller::controller::{
     self, Controller, CorrectionError, Estimate, Inputs, Interface, Observation, Refusal,
 };
 use vehicle_controller::math::wrap;
 use vehicle_controller::params::Id;
 use vehicle_controller::time::{self, Duration, Instant};
-use vehicle_controller::vehicle::{GAINS, differential};
+use vehicle_controller::vehicle::GAINS;
 
 /// How wrong an estimate is, and how wrong it says it may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,27 +77,27 @@ fn wanted(t: f64) -> (f64, f64) {
 
 /// The controller on the wires of a base.
 struct Post {
-    wires: [Rc<Wires>; 2],
+    harness: Harness,
     controller: Controller<Vehicle>,
-    desk: Interface<differential::Config>,
+    desk: Desk,
     now: Instant,
     period: Duration,
 }
 
 impl Post {
     fn new(robot: &Robot, plan: &Plan, counts: [i64; 2]) -> Result<Self> {
-        let wires = [Rc::new(Wires::default()), Rc::new(Wires::default())];
-        for (wires, count) in wires.iter().zip(counts) {
+        let harness = Harness::default();
+        for (wires, count) in harness.wheels.iter().zip(counts) {
             wires.edges.set(count);
         }
-        let vehicle = vehicle(&wires, robot, &robot.params)?;
+        let vehicle = vehicle(&harness, robot, &robot.params)?;
         let mut controller = Controller::new(vehicle, robot.params.build(plan.period), None);
         let now = Instant::from_ticks(0);
         controller.tick(now, &Inputs::default());
         let mut desk = Interface::new(controller.snapshot(), robot.params.limits());
         desk.learn(plan.learns);
         Ok(Self {
-            wires,
+            harness,
             controller,
             desk,
             now,
@@ -107,7 +106,7 @@ impl Post {
     }
 
     fn tick(&mut self, counts: [i64; 2]) {
-        for (wires, count) in self.wires.iter().zip(counts) {
+        for (wires, count) in self.harness.wheels.iter().zip(counts) {
             wires.edges.set(count);
         }
         self.now = time::after(self.now, self.period);

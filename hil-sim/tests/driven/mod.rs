@@ -29,6 +29,8 @@ pub fn driven(gains: [f64; 3], seconds: u32, speeds: &dyn Fn(f64) -> [f64; 2]) -
         if step % 50 == 0 {
             let total = turned.map(|metres: f64| (metres / COUNT).floor() as i64);
             rows.push(Row {
+                front: [0; 2],
+                steer: None,
                 t,
                 counts: [total[0] - last[0], total[1] - last[1]],
                 truth: Some([x, y, theta]),
