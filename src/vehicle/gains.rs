@@ -76,8 +76,8 @@ impl Spread {
         /// Of a variance, so much may be rounding.
         const NOTHING: f64 = 1e-12;
         // An index that the compiler does not see through could panic.
-        let at = |matrix: &GainMatrix, row, column| {
-            let element = matrix.get((row, column));
+        let at = |matrix: &GainMatrix, row: usize, column: usize| {
+            let element: Option<&f64> = matrix.get((row, column));
             element.copied().unwrap_or_default()
         };
         let p = covariance;
