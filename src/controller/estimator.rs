@@ -241,7 +241,7 @@ impl Estimator {
         copy.since = self.since;
         copy.plays = self.plays;
         // Of vehicles without an offset it changes seldom.
-        if OFFSETS > 0 {
+        if OFFSETS == 1 {
             copy.influence = self.influence;
         }
     }

@@ -161,7 +161,7 @@ impl Calibration {
     /// Nothing is off.
     pub const NOMINAL: [f32; GAINS] = {
         let mut gains = [1.0; GAINS];
-        if OFFSETS > 0 {
+        if OFFSETS == 1 {
             gains[GAINS - 1] = 0.0;
         }
         gains

@@ -21,6 +21,10 @@ const STEPS: &[Step] = &[
         "clippy --package vehicle-controller --lib --features defmt -- -D warnings",
     ),
     cargo(
+        "lints of one vehicle",
+        "clippy --package vehicle-controller --all-targets --no-default-features -- -D warnings",
+    ),
+    cargo(
         "lints with emulator",
         "clippy --ignore-rust-version --package hil-sim --all-targets --features emulator -- -D warnings",
     ),
@@ -35,7 +39,17 @@ const STEPS: &[Step] = &[
         pyserial::prepare(session)
     })
     .needs(&PYTHON),
-    call("tests", tests),
+    call("tests", |session, machine| {
+        tests(session, machine, "--workspace")
+    }),
+    // As the differential drive's firmware is built.
+    call("tests of one vehicle", |session, machine| {
+        tests(
+            session,
+            machine,
+            "--package vehicle-controller --no-default-features",
+        )
+    }),
     // Among the tests already; here it says so when there are none.
     cargo(
         "real logs",
@@ -98,13 +112,13 @@ const STEPS: &[Step] = &[
     .needs(&BASH),
 ];
 
-fn tests(session: &mut Session, machine: &Machine) -> Result<Outcome> {
+fn tests(session: &mut Session, machine: &Machine, packages: &str) -> Result<Outcome> {
     let runner = if machine.has(&NEXTEST) {
-        "nextest run --workspace --no-fail-fast"
+        "nextest run"
     } else {
-        "test --workspace --lib --bins --tests --no-fail-fast"
+        "test --lib --bins --tests"
     };
-    session.run(&mut session.cargo(runner))
+    session.run(&mut session.cargo(&format!("{runner} {packages} --no-fail-fast")))
 }
 
 /// The firmware's own code is only compiled for the board.

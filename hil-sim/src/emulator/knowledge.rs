@@ -7,7 +7,6 @@ use anyhow::{Context, Result, bail};
 use vehicle_controller::controller::estimator::{Compound, Estimate, Estimator, Noise, Pose};
 use vehicle_controller::controller::{Belief, State};
 use vehicle_controller::supervisor::Fault;
-use vehicle_controller::vehicle::gains::OFFSETS;
 use vehicle_controller::vehicle::{Calibration, Influence, Twist};
 
 /// The type of the static in which idle keeps its copy of the controller's snapshot; others are on their way through a queue or a mailbox.
@@ -178,14 +177,13 @@ fn estimator(view: &View<'_>) -> Result<Estimator> {
             *element = elements.element(index)?.float()?;
         }
     }
-    let mut steering = [0.0; OFFSETS];
-    fill(&mut steering, "noise.steering")?;
-    let noise = Noise {
+    let mut noise = Noise {
         translation: float("noise.translation")?,
         drift: float("noise.drift")?,
         rotation: float("noise.rotation")?,
-        steering,
+        ..Noise::default()
     };
+    fill(&mut noise.steering, "noise.steering")?;
     Ok(Estimator::resume(
         &belief,
         since,

@@ -70,11 +70,16 @@ impl Program {
                         },
                     );
                 }
-                _ if name == VEHICLE => vehicle = Some((symbol.address(), symbol.size())),
+                _ if name == VEHICLE => {
+                    let section = symbol.section_index().map(|at| file.section_by_index(at));
+                    let section = section.context("the vehicle has no section")??;
+                    let bytes = section.data_range(symbol.address(), symbol.size())?;
+                    vehicle = bytes.map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+                }
                 _ => {}
             }
         }
-        let sections: Vec<(u64, Vec<u8>)> = file
+        let sections = file
             .sections()
             .filter(|section| {
                 matches!(
@@ -84,10 +89,6 @@ impl Program {
             })
             .map(|section| Ok((section.address(), section.data()?.to_vec())))
             .collect::<Result<_>>()?;
-        let vehicle = vehicle.and_then(|(address, size)| {
-            let bytes = bytes_at(&sections, address, usize::try_from(size).ok()?)?;
-            Some(String::from_utf8_lossy(bytes).into_owned())
-        });
         Ok(Self {
             functions,
             is_code_from,
@@ -135,8 +136,11 @@ impl Program {
 
     /// The half-word at an address.
     pub(super) fn half_word(&self, address: u64) -> Option<u16> {
-        let bytes = bytes_at(&self.sections, address, 2)?;
-        Some(u16::from_le_bytes([bytes[0], bytes[1]]))
+        self.sections.iter().find_map(|(base, bytes)| {
+            let at = usize::try_from(address.checked_sub(*base)?).ok()?;
+            let bytes = bytes.get(at..at + 2)?;
+            Some(u16::from_le_bytes([bytes[0], bytes[1]]))
+        })
     }
 
     /// The calls, jumps out and returns in a function, with their addresses.
@@ -184,13 +188,6 @@ impl Program {
             .filter_map(|address| self.function(*address))
             .collect()
     }
-}
-
-fn bytes_at(sections: &[(u64, Vec<u8>)], address: u64, size: usize) -> Option<&[u8]> {
-    sections.iter().find_map(|(base, bytes)| {
-        let at = usize::try_from(address.checked_sub(*base)?).ok()?;
-        bytes.get(at..at.checked_add(size)?)
-    })
 }
 
 /// What an instruction does to the flow of control; None for those that go on with the next one, and for conditional branches, which do not leave a

@@ -122,8 +122,8 @@ mod tests {
         for stance in &stances {
             let along = 0.3 - 40.0 * product(&stance.along, end);
             let across = -300.0 * product(&stance.across, end);
-            for axis in 0..3 {
-                left[axis] -= stance.along[axis] * along + stance.across[axis] * across;
+            for (rest, (a, b)) in left.iter_mut().zip(stance.along.iter().zip(stance.across)) {
+                *rest -= a * along + b * across;
             }
         }
         assert!(left.iter().all(|rest| rest.abs() < 1e-13), "{left:?}");

@@ -162,3 +162,8 @@ pub(super) fn car() -> Physics {
     }
     physics
 }
+
+/// A robot of each chassis, and of each size.
+pub(super) fn all() -> [Physics; 6] {
+    [default(), robuter(), synchro(), tricycle(), cycab(), car()]
+}

@@ -42,7 +42,7 @@ pub(super) struct Side {
     pub diameter: f64,
     /// On the wheel's own tyre \[N\].
     pub load: f64,
-    /// Torque of the rolling resistance \[N·m\].
+    /// Torque of the resistance to its turning \[N·m\].
     pub rolling: f64,
 }
 
@@ -72,6 +72,7 @@ pub(super) fn sides(physics: &Physics) -> [Side; 2] {
                 },
                 Side {
                     physics: steering,
+                    rolling: params.steering_friction,
                     ..side(2.0 * params.steer_lever, 0.0)
                 },
             ]
@@ -180,6 +181,16 @@ impl Undercarriage {
             Self::Differential | Self::Synchro(_) => None,
             Self::Tricycle(tricycle) => Some(&mut tricycle.servo),
             Self::Car(car) => Some(&mut car.servo),
+        }
+    }
+
+    /// The wheels that no motor drives.
+    #[cfg(test)]
+    pub(super) fn free_wheels(&mut self) -> &mut [Wheel] {
+        match self {
+            Self::Differential | Self::Synchro(_) => &mut [],
+            Self::Tricycle(tricycle) => &mut tricycle.rear,
+            Self::Car(car) => &mut car.front,
         }
     }
 

@@ -33,6 +33,8 @@ pub struct SynchroParams {
     pub misalignment: [f64; 3],
     /// Moment of inertia of what is steered, beyond the backlash \[kg·m²\].
     pub steering_inertia: f64,
+    /// Torque that the wheels oppose to being turned where they stand, all together \[N·m\].
+    pub steering_friction: f64,
     /// Gear ratio from the steering's motor to the heading over that from the drive's motor, which
     /// is alike, to the wheels \[1\].
     #[serde(default = "one")]
@@ -168,6 +170,11 @@ impl SynchroParams {
             ("misalignment", left, Must::BeFinite),
             ("misalignment", right, Must::BeFinite),
             ("steering_inertia", self.steering_inertia, Must::BePositive),
+            (
+                "steering_friction",
+                self.steering_friction,
+                Must::NotBeNegative,
+            ),
             ("steer_gear", self.steer_gear, Must::BePositive),
             (
                 "steer_counts_per_turn",
@@ -246,5 +253,68 @@ fn between_axles(centre_of_mass: f64, wheel_base: f64) -> Result<(), String> {
         Err(format!(
             "chassis.centre_of_mass = {centre_of_mass} must be between the axles, from 0 to {wheel_base}"
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::params::Physics;
+    use super::super::super::robots;
+    use super::*;
+
+    fn car(physics: &mut Physics) -> &mut BisteerableParams {
+        match &mut physics.chassis {
+            Chassis::Bisteerable(car) => car,
+            _ => panic!("it is a car"),
+        }
+    }
+
+    #[test]
+    fn the_robots_are_valid() {
+        for physics in robots::all() {
+            assert_eq!(physics.validate(), Ok(()));
+        }
+    }
+
+    #[test]
+    fn a_bad_value_is_named() {
+        let check = |change: fn(&mut BisteerableParams), name: &str| {
+            let mut physics = robots::cycab();
+            change(car(&mut physics));
+            let error = physics.validate().unwrap_err();
+            assert!(error.starts_with(&format!("chassis.{name} = ")), "{error}");
+        };
+        check(|car| car.wheel_base = 0.0, "wheel_base");
+        check(|car| car.front_track = f64::NAN, "front_track");
+        check(|car| car.centre_of_mass = 1.3, "centre_of_mass");
+        check(|car| car.servo.pulse_per_radian = 0.0, "pulse_per_radian");
+        check(|car| car.servo.steer_lag = -1.0, "steer_lag");
+        // Half a track from the axis: atan(L/B) at two axles.
+        check(|car| car.servo.steer_max = 0.79, "steer_max");
+        check(|car| car.servo.steer_offset = -0.37, "steer_max");
+        check(|car| car.servo.steer_max = 2.0, "steer_max");
+        let mut physics = robots::cycab();
+        car(&mut physics).servo.steer_max = 0.78;
+        assert_eq!(physics.validate(), Ok(()));
+    }
+
+    #[test]
+    fn an_unknown_key_is_refused_and_a_missing_one_told() {
+        let parse = |text: &str| toml::from_str::<Chassis>(text);
+        let tricycle = "kind = \"tricycle\"\nwheel_base = 1\nfront_diameter = 0.1\n\
+            centre_of_mass = 0.5\nsteer_max = 1.0\nsteer_rate = 1.0\nsteer_lag = 0.0\n\
+            pulse_per_radian = 5e-4\npot_per_radian = 1.0\n";
+        let whole = format!("{tricycle}steer_counts_per_turn = 4096");
+        let Ok(Chassis::Tricycle(parsed)) = parse(&whole) else {
+            panic!("{:?}", parse(&whole));
+        };
+        assert_eq!((parsed.wheel_base, parsed.servo.pot_centre), (1.0, 1.65));
+        let error = parse(tricycle).unwrap_err().to_string();
+        assert!(error.contains("steer_counts_per_turn"), "{error}");
+        let error = parse(&format!("{whole}\ntrack = 0.1")).unwrap_err();
+        assert!(error.to_string().contains("track"), "{error}");
+        let error = parse("kind = \"hexapod\"").unwrap_err().to_string();
+        assert!(error.contains("synchro"), "{error}");
+        assert_eq!(parse("kind = \"differential\""), Ok(Chassis::Differential));
     }
 }

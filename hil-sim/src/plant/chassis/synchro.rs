@@ -15,8 +15,7 @@ use super::super::wheel::Wheel;
 /// turns, with the three wheels' mean radius and without a tyre of its own; the second one is the
 /// steering, whose radius is the lever.
 ///
-/// What the steering does to the body when it speeds up is left out: the tyres hold the body, and
-/// what it turns at the start it turns back at the end.
+/// What the steering's torques do to the body is left out: the tyres hold it.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Synchro {
     /// Front, left, right, from the body's centre \[m\].
@@ -158,7 +157,7 @@ impl Synchro {
     }
 }
 
-/// A step of the steering. A wheel that turns on the spot where it touches meets no force.
+/// A step of the steering. A wheel that turns where it stands meets no force but its friction.
 fn steer(steering: &mut Wheel, voltage: f64, dt: f64) {
     let mut guess = steering.guess(0.0, 0.0, dt);
     for _ in 1..MAX_TRIALS {

@@ -4,6 +4,8 @@ mod drive;
 mod floor;
 mod robust;
 mod steered;
+mod synchro;
+mod traction;
 
 use super::{Command, Input, Physics, Plant, Push, robots};
 
@@ -55,11 +57,11 @@ impl Plant {
     }
 
     /// Kinetic energy and the energy in the gears' springs \[J\].
-    fn energy(&self) -> f64 {
+    fn energy(&mut self) -> f64 {
         let (body, v) = (&self.body, self.body.velocity);
         let mut energy = body.mass * (v.forward * v.forward + v.lateral * v.lateral)
             + body.yaw_inertia * v.yaw * v.yaw;
-        for wheel in &self.wheels {
+        for wheel in self.wheels.iter().chain(&*self.undercarriage.free_wheels()) {
             let overlap = wheel
                 .gear
                 .excess(wheel.gear.contact(wheel.twist), wheel.twist);
