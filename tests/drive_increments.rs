@@ -9,6 +9,7 @@ use std::rc::Rc;
 use vehicle_controller::controller::{Action, Event};
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::supervisor::Fault;
+use vehicle_controller::vehicle::differential::Config;
 use vehicle_controller::vehicle::{Drive, OutputError, PositionIncrement, WheelCommand, servo};
 
 /// What float64 itself rounds off in these tests' sums, units.
@@ -17,7 +18,10 @@ const ROUNDING: f64 = 1e-6;
 fn config(reversed: bool) -> servo::Config {
     servo::Config {
         reversed,
-        ..Params::default().build(driven::PERIOD).vehicle.servo[0]
+        ..Params::default()
+            .build::<Config>(driven::PERIOD)
+            .vehicle
+            .servo[0]
     }
 }
 

@@ -1,13 +1,13 @@
 //! How long a tick of the controller, a step of the plant and a period of the whole base take.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hil_sim::peripherals::Wires;
+use hil_sim::peripherals::Harness;
 use hil_sim::plant::{Command, Input, Plant, Push};
-use hil_sim::rig::{PERIOD, Rig, vehicle};
+use hil_sim::rig::{PERIOD, Rig};
 use hil_sim::robot::Robot;
+use hil_sim::vehicle::vehicle;
 use std::f64::consts::PI;
 use std::hint::black_box;
-use std::rc::Rc;
 use vehicle_controller::controller::{Action, AxisCommand, Controller, Inputs, State};
 use vehicle_controller::params::Id;
 use vehicle_controller::time::{self, Instant};
@@ -50,7 +50,7 @@ fn tick(c: &mut Criterion) {
         let seconds = now.ticks() as f64 * 1e-6;
         let (forward, aside) = ((0.5 * seconds).min(0.2), 0.1 * (2.0 * seconds).min(0.5));
         let speeds = [forward - aside, forward + aside];
-        for ((wires, rolled), speed) in wires.iter().zip(&mut rolled).zip(speeds) {
+        for ((wires, rolled), speed) in harness.wheels.iter().zip(&mut rolled).zip(speeds) {
             *rolled += speed * per_metre * 1e-3;
             wires.edges.set(*rolled as i64);
         }

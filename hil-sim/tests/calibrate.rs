@@ -12,7 +12,10 @@ use hil_sim::settings;
 use hil_sim::statistics::CHI_SQUARE_3_99;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
-use vehicle_controller::params::{GAINS, Id, Params};
+use vehicle_controller::params::{Id, Params};
+
+/// The gains of a differential drive.
+const GAINS: [Id; 3] = [Id::GainRight, Id::GainLeft, Id::GainBase];
 
 const FIXES: Fixes = Fixes {
     every: Some(2.0),
@@ -267,7 +270,9 @@ fn a_fix_beyond_the_gate_is_counted_and_changes_nothing() {
     let taken = learner.learn(&log).unwrap();
     assert_eq!((taken.taken, taken.refused), (9, 1));
     let gains = learner.calibration().gains;
-    let wanted = undisturbed.build(hil_sim::rig::PERIOD).calibration.gains;
+    let wanted = hil_sim::vehicle::configuration(&undisturbed, hil_sim::rig::PERIOD)
+        .calibration
+        .gains;
     for (gain, wanted) in gains.iter().zip(wanted) {
         assert!((gain - wanted).abs() < 1e-3, "{gains:?} {wanted}");
     }

@@ -154,9 +154,10 @@ fn a_measured_run_tells_how_large_the_wheels_are() {
 fn a_store_of_an_older_firmware_has_no_gains_and_begins_with_the_prior() {
     let mut store = Store::open(FakeFlash::<16_384>::new(1, 1));
     let restored = store.load_or_defaults(&vehicle_controller::params::Params::default());
-    let config = restored
-        .params
-        .build(vehicle_controller::time::Duration::millis(1));
+    let config = hil_sim::vehicle::configuration(
+        &restored.params,
+        vehicle_controller::time::Duration::millis(1),
+    );
     assert_eq!(config.calibration.gains, Calibration::NOMINAL);
     assert!(config.calibration.spread.deviations()[2] > 0.01);
 }

@@ -32,6 +32,8 @@ fn journey(way: f64, curvature: impl Fn(f64) -> f64) -> Vec<(f64, [i64; 2])> {
 /// The log of that.
 fn recorded(name: &str, counts: &[(f64, [i64; 2])]) -> Log {
     let rows = counts.iter().map(|(t, counts)| Row {
+        front: [0; 2],
+        steer: None,
         t: *t,
         counts: *counts,
         truth: None,

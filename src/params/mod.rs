@@ -349,7 +349,8 @@ mod tests {
 
     #[test]
     fn geometry_of_the_default_robot() {
-        let config = Params::default().build(Duration::millis(1));
+        let config: Config<vehicle::differential::Config> =
+            Params::default().build(Duration::millis(1));
         // π 0.084 / 2796.8
         assert!((config.vehicle.geometry.per_count()[0] - 9.435_6e-5).abs() < 1e-9);
         assert!((config.noise.drift - 0.01 * (PI / 180.0) * (PI / 180.0)).abs() < 1e-4);

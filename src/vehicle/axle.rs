@@ -198,6 +198,46 @@ impl Axle {
         }
     }
 
+    /// What a change of the curve and of α changes in ΔS and Δθ by [`Self::scaling`], relative to themselves. With x = κB/2 of the curve, x' and α' their
+    /// derivatives by whatever changes:
+    ///
+    /// ```text
+    ///     v = 1 − cos α      D± = 1 ± 2x cos α + x²
+    ///     P = x' v (1 − x) + α' x (1 + x) sin α      Q = x' v (1 + x) + α' x (1 − x) sin α
+    ///     ∂ΔS/ΔS = (P/D₊ − Q/D₋)/2      ∂Δθ/Δθ = (P/D₊ + Q/D₋)/(2x)
+    /// ```
+    ///
+    /// As printed: ∂Δθ/Δθ = α' tan α.
+    #[must_use]
+    pub fn sensitivity(&self, steering: f32, [x, dx]: [f32; 2], slope: f32) -> Twist {
+        let steering = Steering::new(steering);
+        let twist = match self.relation {
+            Relation::Printed => Twist {
+                translation: 0.0,
+                rotation: slope * steering.sin / steering.cos,
+            },
+            Relation::Exact => {
+                // 1 ± 2x cos α + x² = (1 ± x)² ∓ 2xv
+                let versine = steering.versine();
+                let part = |x: f32, dx: f32| {
+                    let both = dx * versine * (1.0 - x) + slope * x * (1.0 + x) * steering.sin;
+                    both / ((1.0 + x) * (1.0 + x) - 2.0 * x * versine)
+                };
+                let (right, left) = (part(x, dx), part(-x, -dx));
+                Twist {
+                    translation: 0.5 * (right + left),
+                    // Straight ahead nothing changes.
+                    rotation: if x == 0.0 {
+                        0.0
+                    } else {
+                        0.5 * (right - left) / x
+                    },
+                }
+            }
+        };
+        twist.or_none()
+    }
+
     /// Derivatives of [`Self::twist`]. Those by the wheels depend on the proportion of the displacements only, so the observers' speeds serve as well.
     ///
     /// With c = 1/cos α − 1:

@@ -99,7 +99,9 @@ pub fn geometry() -> Geometry {
 pub fn config(geometry: Geometry) -> differential::Config {
     differential::Config {
         geometry,
-        ..Params::default().build(Duration::millis(1)).vehicle
+        ..Params::default()
+            .build::<differential::Config>(Duration::millis(1))
+            .vehicle
     }
 }
 

@@ -272,25 +272,35 @@ impl Geometry {
 
     /// What gains do to the reference point's motions while the car is steered by φ, as the wheels of one axle tell them.
     ///
-    /// With a the axle's angle, x = κ_a B/2 of its centre's curvature, and a' = da/dφ:
+    /// With a the axle's angle, a' = da/dφ, and S', A' what [`Axle::sensitivity`] says of ΔS and Δα of its centre, by φ and by B:
     ///
     /// ```text
-    ///     ∂ΔS/∂k_r = (ΔS/2 + Δα B cos a/4)/k_r     ∂Δα/∂k_r = (ΔS/(B cos a) + Δα/2)/k_r      k_l with −B      ∂Δα/∂k_b = −Δα/k_b
-    ///     ∂ΔS/∂φ₀ = −a' tan a (1 + x²/(1 − x²)) ΔS     ∂Δα/∂φ₀ = a' tan a/(1 − x²) Δα
+    ///     ∂ΔS/∂k_r = (ΔS/2 + Δα B cos a/4)/k_r     ∂Δα/∂k_r = (ΔS/(B cos a) + Δα/2)/k_r      k_l with −B
+    ///     ∂ΔS/∂k_b = S'_B ΔS/k_b     ∂Δα/∂k_b = (A'_B − 1) Δα/k_b     ∂ΔS/∂φ₀ = (S'_φ − a' tan a) ΔS     ∂Δα/∂φ₀ = A'_φ Δα
     /// ```
-    fn influence_of(&self, axle: &Axle, angle: f32, slope: f32, curvature: f32) -> Influence {
+    fn influence_of(&self, axle: &Axle, phi: f32, slope: f32) -> Influence {
+        let angle = slope * phi;
         let (sin, cos) = sin_cos(angle);
-        // Δα of the axle's centre for each metre of it.
-        let x = limit(0.5 * curvature * cos * axle.track(), 0.9);
-        let tangent = slope * sin / (cos * (1.0 - x * x));
-        let wheel = |half: f32| [0.5, 0.5 * half * cos, 0.5 / (half * cos), 0.5];
+        // κ of the reference point, and of the axle's centre, which goes farther.
+        let tangent = libm::tanf(phi);
+        let length = self.wheel_base - self.reference();
         let half = 0.5 * axle.track();
+        let x = half * cos * tangent / length;
+        let dx = half * (cos * (1.0 + tangent * tangent) - slope * sin * tangent) / length;
+        let by_angle = axle.sensitivity(angle, [x, dx], slope);
+        let by_track = axle.sensitivity(angle, [x, x], 0.0);
+        let wheel = |half: f32| [0.5, 0.5 * half * cos, 0.5 / (half * cos), 0.5];
         Influence {
             by_gain: [
                 wheel(half),
                 wheel(-half),
-                [0.0, 0.0, 0.0, -1.0],
-                [-tangent, 0.0, 0.0, tangent],
+                [by_track.translation, 0.0, 0.0, by_track.rotation - 1.0],
+                [
+                    by_angle.translation - slope * sin / cos,
+                    0.0,
+                    0.0,
+                    by_angle.rotation,
+                ],
             ],
         }
     }
@@ -299,13 +309,10 @@ impl Geometry {
     /// axle's wheels tell the motion, and as the front one's do.
     #[must_use]
     pub fn influence(&self, steering: f32) -> [Influence; 2] {
-        let curvature = self.path_curvature(steering);
-        let direction = self.direction(steering);
-        let slope = self.rear_steering.slope();
-        let front = limit(steering, STEEPEST);
+        let phi = limit(steering, STEEPEST);
         [
-            self.influence_of(&self.rear, direction, slope, curvature),
-            self.influence_of(&self.front, front, 1.0, curvature),
+            self.influence_of(&self.rear, phi, self.rear_steering.slope()),
+            self.influence_of(&self.front, phi, 1.0),
         ]
     }
 
