@@ -67,8 +67,8 @@ fn drive_both(name: &str, vehicle: &str, script: &str, (metres, radians): (f64, 
     }
 }
 
-/// The image's first tick sees the encoders a fraction of a millisecond earlier or later than the library's.
-const ALIKE: (f64, f64) = (1e-3, 2e-3);
+/// What the image's motors are told is what the library's are told, in the same millisecond.
+const ALIKE: (f64, f64) = (1e-5, 1e-5);
 /// A servo takes what the image tells it with the next pulse, up to 20 ms later; the library's at once. At 0.3 m/s that is 6 mm of way.
 const BY_SERVO: (f64, f64) = (0.01, 0.01);
 

@@ -45,7 +45,7 @@ enum Chore {
     Size {
         #[command(flatten)]
         which: Which,
-        /// Fail if it is more than the board's promise
+        /// Fail if it is more than the board's promise, which is the differential drive's
         #[arg(long)]
         check: bool,
     },
@@ -63,7 +63,7 @@ enum Chore {
     Stack {
         #[command(flatten)]
         which: Which,
-        /// Fail if it is deeper than the board's promise, or than there is room
+        /// Fail if it is deeper than there is room, or than the promise for the differential drive
         #[arg(long)]
         check: bool,
     },

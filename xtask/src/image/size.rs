@@ -55,31 +55,25 @@ pub fn table(images: &[(Vehicle, Image)]) -> String {
     text
 }
 
-pub fn report(image: &Image) -> String {
+/// What takes how much; next to the limits, if they hold for the image.
+pub fn report(image: &Image, promised: bool) -> String {
     let (flash, ram) = totals(image);
-    let mut text = String::new();
-    part(&mut text, image, "flash", (flash, FLASH_LIMIT), |section| {
-        section.in_flash
-    });
-    part(
-        &mut text,
-        image,
-        "static RAM",
-        (ram, RAM_LIMIT),
-        |section| section.in_ram,
-    );
+    let of = |limit: u32| {
+        if promised {
+            format!(" of {limit}")
+        } else {
+            String::new()
+        }
+    };
+    let mut text = format!("flash: {flash}{} bytes\n", of(FLASH_LIMIT));
+    part(&mut text, image, |section| section.in_flash);
+    // Writing into a string cannot fail.
+    let _ = writeln!(text, "static RAM: {ram}{} bytes", of(RAM_LIMIT));
+    part(&mut text, image, |section| section.in_ram);
     text
 }
 
-fn part(
-    text: &mut String,
-    image: &Image,
-    title: &str,
-    (total, limit): (u32, u32),
-    belongs: fn(&Section) -> bool,
-) {
-    // Writing into a string cannot fail.
-    let _ = writeln!(text, "{title}: {total} of {limit} bytes");
+fn part(text: &mut String, image: &Image, belongs: fn(&Section) -> bool) {
     let sections = image.sections.iter().filter(|section| belongs(section));
     for section in sections.clone() {
         let _ = writeln!(text, "{:>8}  {}", section.size, section.name);
