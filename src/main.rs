@@ -21,19 +21,18 @@ mod mailbox;
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use crate::board::ResetCause;
-    use crate::board::nucleo_f429zi::{self as board, Board};
+    use crate::board::nucleo_f429zi::{self as board, Board, Config};
     use crate::inbox::Inbox;
     use crate::mailbox::{self, Mailbox};
     use core::mem::MaybeUninit;
     use core::sync::atomic::{AtomicBool, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
     use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
-    use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
+    use vehicle_controller::interpreter::{self, Identity, Interpreter};
+    use vehicle_controller::params::Params;
     use vehicle_controller::params::store::Store;
-    use vehicle_controller::params::{Blueprint, Params};
     use vehicle_controller::supervisor::{Fault, Heartbeat, Place};
     use vehicle_controller::time::{Duration, Instant};
-    use vehicle_controller::vehicle::{DifferentialDrive, differential};
 
     /// The period of the control loop.
     const PERIOD: Duration = Duration::millis(1);
@@ -42,7 +41,7 @@ mod app {
     /// The watchdog's time-out, nominally. Its oscillator is 17 to 47 kHz for a nominal 32: this is 8 to 23 ms.
     const WATCHDOG: Duration = Duration::millis(12);
 
-    type Config = differential::Config;
+    type Desk = interpreter::Desk<Config>;
 
     #[shared]
     struct Shared {
@@ -94,9 +93,8 @@ mod app {
         byte_queue: Queue<u8, 512> = Queue::new(),
     ])]
     fn init(ctx: init::Context) -> (Shared, Local) {
-        let defaults = Params::default();
-        let built_in = Config::build(&defaults);
-        let mut board = match Board::start(ctx.core, ctx.device, WATCHDOG, &built_in) {
+        let defaults = Params::of(board::KIND);
+        let mut board = match Board::start(ctx.core, ctx.device, WATCHDOG) {
             Ok(board) => board,
             Err(message) => fail(message),
         };
@@ -119,19 +117,16 @@ mod app {
         } else {
             found.lost.then_some(Fault::Storage)
         };
-        let vehicle = DifferentialDrive::new(
-            board.left_encoder,
-            board.right_encoder,
-            board.left_motor,
-            board.right_motor,
-            &config.vehicle,
-        );
+        let vehicle = match board.parts.assemble(&config.vehicle) {
+            Ok(vehicle) => vehicle,
+            Err(message) => fail(message),
+        };
         let controller = ctx
             .local
             .controller_place
             .write(Controller::new(vehicle, config, fault));
         let identity = Identity {
-            target: "nucleo-f429zi",
+            target: board::TARGET,
             reset_cause,
             period: PERIOD,
         };

@@ -16,10 +16,13 @@
 mod fault;
 mod flash;
 mod sensors;
+mod vehicle;
+mod wheels;
 
 pub use fault::halt;
 pub use flash::ParamFlash;
 pub use sensors::Sensors;
+pub use vehicle::{Config, KIND, Parts, TARGET, Vehicle};
 
 use super::ResetCause;
 use cortex_m::peripheral::DWT;
@@ -27,21 +30,11 @@ use embedded_hal_nb::serial::{ErrorType, Write};
 use stm32f4xx_hal::gpio::{Output, Pin};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc;
-use stm32f4xx_hal::timer::{self, CounterHz, PwmChannel};
-use stm32f4xx_hal::{pac, qei::Qei, serial};
+use stm32f4xx_hal::timer::{self, CounterHz};
+use stm32f4xx_hal::{pac, serial};
 use vehicle_controller::controller::Snapshot;
 use vehicle_controller::time::{self, Duration, Instant};
-use vehicle_controller::vehicle::{DifferentialDrive, Servo, differential};
-
-/// A motor's driver: PWM, direction, enable.
-type Motor<const CHANNEL: u8, const DIRECTION: u8, const ENABLE: u8> =
-    Servo<PwmChannel<pac::TIM1, CHANNEL>, Pin<'E', DIRECTION, Output>, Pin<'E', ENABLE, Output>>;
-/// The left motor.
-pub type LeftMotor = Motor<0, 8, 12>;
-/// The right motor.
-pub type RightMotor = Motor<1, 10, 14>;
-/// The vehicle on this board.
-pub type Vehicle = DifferentialDrive<Qei<pac::TIM3>, Qei<pac::TIM4>, LeftMotor, RightMotor>;
+use wheels::Wheels;
 
 /// Core clock, cycles in a microsecond.
 const SYSCLK_MHZ: u32 = 168;
@@ -49,16 +42,11 @@ const SYSCLK_MHZ: u32 = 168;
 const HSE_MHZ: u32 = 8;
 /// How long the ST-LINK's clock is waited for, in turns of a loop of a few cycles at 16 MHz: about five milliseconds.
 const HSE_PATIENCE: u32 = 16_000;
-/// Encoder inputs must be stable for six samples of the timer's clock / 8 (84 MHz / 8): 0.57 µs, which passes edges up to some 800 kHz.
-const ENCODER_FILTER: u8 = 0b1000;
 
 /// The board, with everything on it running but the tick, and the motors off.
 pub struct Board {
     pub reset_cause: ResetCause,
-    pub left_encoder: Qei<pac::TIM3>,
-    pub right_encoder: Qei<pac::TIM4>,
-    pub left_motor: LeftMotor,
-    pub right_motor: RightMotor,
+    pub parts: Parts,
     pub sensors: Sensors,
     pub flash: ParamFlash,
     pub leds: Leds,
@@ -78,7 +66,6 @@ impl Board {
         mut core: cortex_m::Peripherals,
         device: pac::Peripherals,
         watchdog: Duration,
-        config: &differential::Config,
     ) -> Result<Self, &'static str> {
         let watchdog = Watchdog::start(device.IWDG, watchdog)?;
         let reset_cause = take_reset_cause(&device.RCC);
@@ -90,50 +77,14 @@ impl Board {
         let gpiod = device.GPIOD.split(&mut rcc);
         let gpioe = device.GPIOE.split(&mut rcc);
 
-        // The drivers are disabled before anything else can move.
-        let left_enable = gpioe.pe12.into_push_pull_output();
-        let right_enable = gpioe.pe14.into_push_pull_output();
-        let (_, (left_pwm, right_pwm, ..)) = device.TIM1.pwm_hz(20.kHz(), &mut rcc);
-        let mut left_pwm = left_pwm.with(gpioe.pe9);
-        let mut right_pwm = right_pwm.with(gpioe.pe11);
-        left_pwm.set_duty(0);
-        right_pwm.set_duty(0);
-        left_pwm.enable();
-        right_pwm.enable();
-        let refused = |_| "a motor output refused";
-        let [left, right] = config.servo;
-        let left_motor = Servo::new(
-            left_pwm,
-            gpioe.pe8.into_push_pull_output(),
-            left_enable,
-            left,
-        )
-        .map_err(refused)?;
-        let right_motor = Servo::new(
-            right_pwm,
-            gpioe.pe10.into_push_pull_output(),
-            right_enable,
-            right,
-        )
-        .map_err(refused)?;
-
-        let left_encoder = Qei::new(
-            device.TIM3,
-            (
-                gpioc.pc6.into_alternate().internal_pull_up(true),
-                gpioc.pc7.into_alternate().internal_pull_up(true),
-            ),
-            &mut rcc,
-        );
-        let right_encoder = Qei::new(
-            device.TIM4,
-            (
-                gpiod.pd12.into_alternate().internal_pull_up(true),
-                gpiod.pd13.into_alternate().internal_pull_up(true),
-            ),
-            &mut rcc,
-        );
-        filter_encoders();
+        let pins = wheels::Pins {
+            encoders: ((gpioc.pc6, gpioc.pc7), (gpiod.pd12, gpiod.pd13)),
+            pwm: (gpioe.pe9, gpioe.pe11),
+            direction: (gpioe.pe8, gpioe.pe10),
+            enable: (gpioe.pe12, gpioe.pe14),
+        };
+        let timers = (device.TIM1, device.TIM3, device.TIM4);
+        let wheels = Wheels::start(timers, pins, &mut rcc);
 
         let sensors = Sensors::start(
             device.ADC1,
@@ -147,6 +98,15 @@ impl Board {
                 gpioc.pc3.into_analog(),
             ),
         );
+        let spare = vehicle::Spare {
+            tim2: device.TIM2,
+            tim8: device.TIM8,
+            pa15: gpioa.pa15,
+            pb3: gpiob.pb3,
+            pc2: gpioc.pc2,
+            pc8: gpioc.pc8,
+        };
+        let parts = Parts::start(wheels, spare, &mut rcc);
         let (transmitter, receiver) = open_serial(device.USART3, gpiod.pd8, gpiod.pd9, &mut rcc)?;
 
         core.DCB.enable_trace();
@@ -155,10 +115,7 @@ impl Board {
         sensors.convert();
         Ok(Self {
             reset_cause,
-            left_encoder,
-            right_encoder,
-            left_motor,
-            right_motor,
+            parts,
             sensors,
             leds: Leds {
                 green: gpiob.pb0.into_push_pull_output(),
@@ -235,17 +192,6 @@ fn take_reset_cause(rcc: &pac::RCC) -> ResetCause {
     } else {
         ResetCause::ResetPin
     }
-}
-
-/// The HAL leaves the encoders' input filters off.
-fn filter_encoders() {
-    // SAFETY: the timers count edges and nothing else; no one writes these registers any more.
-    let (left, right) = unsafe { (pac::TIM3::steal(), pac::TIM4::steal()) };
-    left.ccmr1_input()
-        .modify(|_, w| unsafe { w.ic1f().bits(ENCODER_FILTER).ic2f().bits(ENCODER_FILTER) });
-    right
-        .ccmr1_input()
-        .modify(|_, w| unsafe { w.ic1f().bits(ENCODER_FILTER).ic2f().bits(ENCODER_FILTER) });
 }
 
 /// The independent watchdog.

@@ -154,6 +154,8 @@ pub fn refuse_motion(refusal: Refusal, unit: f64, name: &'static str) -> Error {
 }
 
 /// What a refused procedure is answered with.
+// Within `refuse_motion` the compiler would leave a trap in its table for what cannot come here.
+#[inline(never)]
 pub fn refuse(refusal: Refusal) -> Error {
     match refusal {
         Refusal::Busy => Error::Busy,

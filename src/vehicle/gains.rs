@@ -75,19 +75,24 @@ impl Spread {
     pub fn of(covariance: &GainMatrix) -> Self {
         /// Of a variance, so much may be rounding.
         const NOTHING: f64 = 1e-12;
+        // An index that the compiler does not see through could panic.
+        let at = |matrix: &GainMatrix, row: usize, column: usize| {
+            let element: Option<&f64> = matrix.get((row, column));
+            element.copied().unwrap_or_default()
+        };
         let p = covariance;
         let mut l = GainMatrix::zeros();
         let mut spread = Self::NONE;
         let mut elements = spread.root.iter_mut();
         for row in 0..GAINS {
             for column in 0..=row {
-                let mut left = p[(row, column)];
+                let mut left = at(p, row, column);
                 for before in 0..column {
-                    left -= l[(row, before)] * l[(column, before)];
+                    left -= at(&l, row, before) * at(&l, column, before);
                 }
-                let pivot = l[(column, column)];
+                let pivot = at(&l, column, column);
                 let element = if row == column {
-                    if left > NOTHING * p[(row, row)] {
+                    if left > NOTHING * at(p, row, row) {
                         libm::sqrt(left)
                     } else {
                         0.0
@@ -97,7 +102,9 @@ impl Spread {
                 } else {
                     0.0
                 };
-                l[(row, column)] = element;
+                if let Some(place) = l.get_mut((row, column)) {
+                    *place = element;
+                }
                 if let Some(slot) = elements.next() {
                     *slot = element as f32;
                 }

@@ -18,6 +18,7 @@ use anyhow::Result;
 use clap::Parser;
 
 use crate::image::Which;
+use crate::image::vehicle::Vehicle;
 use crate::run::{Outcome, Session};
 
 #[derive(Parser)]
@@ -31,8 +32,11 @@ enum Chore {
         #[arg(long)]
         file: Option<PathBuf>,
     },
-    /// Build the firmware: target/firmware/vehicle-controller.elf, .bin and .hex
+    /// Build the firmware: target/firmware/vehicle-controller.elf, .bin and .hex; vehicle-controller-tricycle.elf and so on for another vehicle
     Firmware {
+        /// What it controls
+        #[arg(long, default_value = "differential")]
+        vehicle: Vehicle,
         /// Write it through the board's ST-LINK, too, and show the firmware's log
         #[arg(long)]
         flash: bool,
@@ -41,10 +45,12 @@ enum Chore {
     Size {
         #[command(flatten)]
         which: Which,
-        /// Fail if it is more than the board's promise
+        /// Fail if it is more than the board's promise, which is the differential drive's
         #[arg(long)]
         check: bool,
     },
+    /// What the firmware of each vehicle takes of flash and RAM
+    Sizes,
     /// Whether anything that can be reached after start-up panics or never returns
     Panics {
         #[command(flatten)]
@@ -57,7 +63,7 @@ enum Chore {
     Stack {
         #[command(flatten)]
         which: Which,
-        /// Fail if it is deeper than the board's promise, or than there is room
+        /// Fail if it is deeper than there is room, or than the promise for the differential drive
         #[arg(long)]
         check: bool,
     },
@@ -81,9 +87,16 @@ fn main() -> ExitCode {
     let mut session = Session::new();
     let good = match Chore::parse() {
         Chore::Test => steps::run_all(&mut session),
-        Chore::Firmware { flash: false } => told(&image::firmware(&session).map(drop)),
-        Chore::Firmware { flash: true } => told(&image::flash(&session)),
+        Chore::Firmware {
+            vehicle,
+            flash: false,
+        } => told(&image::firmware(&session, vehicle).map(drop)),
+        Chore::Firmware {
+            vehicle,
+            flash: true,
+        } => told(&image::flash(&session, vehicle)),
         Chore::Size { which, check } => told(&image::size(&session, which, check)),
+        Chore::Sizes => told(&image::sizes(&session)),
         Chore::Stack { which, check } => told(&image::stack(&session, which, check)),
         Chore::Count { script, which } => told(&image::count(&session, &script, which)),
         Chore::Panics {

@@ -4,6 +4,7 @@ use anyhow::Result;
 use clap::Args;
 
 use crate::image::build;
+use crate::image::vehicle::Vehicle;
 use crate::run::{Outcome, Session};
 
 /// What to soak.
@@ -70,7 +71,7 @@ const EMULATED_MINUTES: f64 = 2.0;
 /// Runs the simulator's own soak.
 pub fn run(session: &Session, options: &Options) -> Result<Outcome> {
     let mut command = if options.image {
-        let image = build::given_or_built(session, None)?;
+        let image = build::given_or_built(session, None, Vehicle::default())?;
         let mut command = session.cargo(
             "run --release --ignore-rust-version --package hil-sim --features emulator -- soak",
         );

@@ -2,9 +2,11 @@
 
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
+use clap::ValueEnum;
 
 use crate::image::toolchain::{self, Toolchain};
+use crate::image::vehicle::Vehicle;
 use crate::image::{self, Which};
 use crate::machine::{BASH, CXX, FIRMWARE_TARGET, LOGS, Machine, NEXTEST, Need, PYTHON};
 use crate::run::{Outcome, Session};
@@ -71,24 +73,24 @@ const STEPS: &[Step] = &[
     })
     .needs(&FIRMWARE_TARGET),
     call("firmware", |session, _| {
-        let elf = image::firmware(session)?;
+        for_each_vehicle(|vehicle| image::firmware(session, vehicle).map(drop))?;
+        let elf = image::firmware(session, Vehicle::default())?;
         session.set("VEHICLE_CONTROLLER_IMAGE", elf);
         Ok(Outcome::Passed)
     })
     .needs(&FIRMWARE_TARGET),
     call("firmware size", |session, _| {
         image::size(session, Which::default(), true)?;
+        image::sizes(session)?;
         Ok(Outcome::Passed)
     })
     .needs(&FIRMWARE_TARGET),
     call("firmware panics", |session, _| {
-        image::panics(session, Which::default())?;
-        Ok(Outcome::Passed)
+        for_each_vehicle(|vehicle| image::panics(session, vehicle.into()))
     })
     .needs(&FIRMWARE_TARGET),
     call("firmware stack", |session, _| {
-        image::stack(session, Which::default(), true)?;
-        Ok(Outcome::Passed)
+        for_each_vehicle(|vehicle| image::stack(session, vehicle.into(), true))
     })
     .needs(&FIRMWARE_TARGET),
     call("a panic is found", |session, _| {
@@ -125,12 +127,31 @@ fn firmware_lints(session: &mut Session, _: &Machine) -> Result<Outcome> {
         let why = "clippy needs rustup's library for the board, and the distribution's is in use";
         return Ok(Outcome::Skipped(why.into()));
     }
-    let lints = format!(
-        "clippy --target {} {} -- -D warnings",
-        toolchain::TARGET,
-        image::build::PACKAGE
-    );
-    session.run(&mut session.cargo(&lints))
+    for vehicle in Vehicle::value_variants() {
+        let lints = format!(
+            "clippy --target {} {} -- -D warnings",
+            toolchain::TARGET,
+            vehicle.package()
+        );
+        let outcome = session.run(&mut session.cargo(&lints))?;
+        if !matches!(outcome, Outcome::Passed) {
+            return Ok(outcome);
+        }
+    }
+    Ok(Outcome::Passed)
+}
+
+/// Does something with the image of each vehicle, all of them also after one has failed.
+fn for_each_vehicle(mut work: impl FnMut(Vehicle) -> Result<()>) -> Result<Outcome> {
+    let mut failed = Vec::new();
+    for &vehicle in Vehicle::value_variants() {
+        if let Err(error) = work(vehicle) {
+            eprintln!("{}: {error:#}", vehicle.name());
+            failed.push(vehicle.name());
+        }
+    }
+    ensure!(failed.is_empty(), "failed for {}", failed.join(", "));
+    Ok(Outcome::Passed)
 }
 
 /// The tests that run the image; an earlier step has told them where it is.

@@ -1,10 +1,12 @@
 //! The base with the shipped image in it: the plant of the simulator, and the emulated board as its controller.
 
 use super::board::{Bridge, Nucleo};
+use super::encoders::Encoders;
 use super::flash::Flash;
 use super::knowledge::Knowledge;
-use super::lockstep::{Core, Edge, Meeting, Stretch};
+use super::lockstep::{Core, Meeting, Stretch};
 use super::program::Program;
+use super::wiring::Wiring;
 use crate::base::Base;
 use crate::faults::{Fault, FaultSet};
 use crate::peripherals::stored;
@@ -16,7 +18,6 @@ use anyhow::{Result, bail, ensure};
 use rigless::emulator::Watch;
 use rigless::image::Image;
 use rigless::time::VirtualNanos;
-use std::collections::VecDeque;
 use std::path::Path;
 use vehicle_controller::controller::State;
 use vehicle_controller::params::Params;
@@ -29,9 +30,6 @@ const START_STEP_NS: u64 = 10_000;
 /// The control interrupt comes so long before the period ends, ns: for its own time, and for the PWM to take the new duty over with its next cycle.
 const TICK_NS: u64 = 100_000;
 
-/// Edges of an encoder in a period. 1.5 µs lie between two of them then: a channel, which has every other one, is at half of the 800 kHz that its
-/// filter lets pass.
-const MAX_EDGES: usize = 600;
 /// Where the image keeps its parameters.
 const PARAMETERS: u64 = 0x0810_0000;
 
@@ -65,9 +63,10 @@ pub struct ImageBase {
     plant: Plant,
     battery_divider: f64,
     faults: FaultSet,
-    /// Positions that the encoders have yet to show, one edge after the other.
-    waiting: [VecDeque<i64>; 2],
+    encoders: Encoders,
     bridges: [Bridge; 2],
+    /// Width of the servo's pulses, s.
+    servo: Option<f64>,
     now: Instant,
     push: Push,
     push_until: Instant,
@@ -103,6 +102,7 @@ impl ImageBase {
         let image = Image::read(path, None)?;
         let knowledge = Knowledge::find(image.bytes())?;
         let program = Program::load(image.bytes())?;
+        let wiring = Wiring::new(&robot.physics.chassis, program.vehicle())?;
         let mut flash = Flash::default();
         for (address, bytes) in image.segments() {
             ensure!(
@@ -135,10 +135,11 @@ impl ImageBase {
             program,
             up: !received.is_empty(),
             faults: FaultSet::new(&plant, seed),
-            waiting: Default::default(),
+            encoders: Encoders::new(wiring),
             plant,
             battery_divider: robot.physics.battery.divider,
             bridges: [Bridge::default(); 2],
+            servo: None,
             now,
             push: Push::default(),
             push_until: now,
@@ -150,6 +151,11 @@ impl ImageBase {
     /// What the drivers of the motors are told.
     pub fn bridges(&self) -> [Bridge; 2] {
         self.bridges
+    }
+
+    /// What the steering's servo is told: the width of its pulses, s.
+    pub fn servo(&self) -> Option<f64> {
+        self.servo
     }
 
     /// What the controller knows, as bytes; nothing before it has started.
@@ -202,7 +208,7 @@ impl ImageBase {
         let input = Input {
             command,
             push,
-            steering: None,
+            steering: self.servo,
         };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
@@ -219,30 +225,6 @@ impl ImageBase {
             })
         })?;
         Ok(())
-    }
-
-    /// The edges that the encoders have made since `from`, spread evenly over what of the period is before the tick. Those that the timers' filters could
-    /// not tell apart wait for the next period.
-    fn edges(&mut self, from: Instant) -> VecDeque<Edge> {
-        let mut edges = Vec::new();
-        let counts = self.plant.counts();
-        let period = PERIOD.ticks() * 1000 - TICK_NS;
-        for (side, waiting) in self.waiting.iter_mut().enumerate() {
-            self.faults.encoders[side].follow(counts[side], |position| waiting.push_back(position));
-            let number = waiting.len().min(MAX_EDGES);
-            let positions = waiting.drain(..number).zip(0_u64..);
-            edges.extend(positions.map(|(count, nth)| Edge {
-                at: VirtualNanos(
-                    self.power_on
-                        + from.ticks() * 1000
-                        + (2 * nth + 1) * period / (2 * number as u64),
-                ),
-                side,
-                count,
-            }));
-        }
-        edges.sort_by_key(|edge| edge.at);
-        edges.into()
     }
 }
 
@@ -316,7 +298,10 @@ impl Base for ImageBase {
         let from = self.now;
         self.advance_plant();
         self.now = time::after(self.now, PERIOD);
-        let edges = self.edges(from);
+        self.encoders.follow(&self.plant, &mut self.faults);
+        let edges = self
+            .encoders
+            .edges(self.instant(from), PERIOD.ticks() * 1000 - TICK_NS);
         sense(&self.core, &self.plant, self.battery_divider)?;
         self.core.hold(|held| {
             let at = held.stop.at;
@@ -327,12 +312,14 @@ impl Base for ImageBase {
             bytes,
             backlog,
             bridges,
+            servo,
             problem,
         } = self.core.run(Stretch { until, edges })?;
         self.received.extend(bytes);
         self.up |= !self.received.is_empty();
         self.backlog = backlog;
         self.bridges = bridges;
+        self.servo = servo;
         if let Some(problem) = problem {
             let seconds = self.now.ticks() as f64 * 1e-6;
             bail!("the image is not at home on this board at {seconds:.3} s: {problem}");
@@ -353,11 +340,16 @@ impl Base for ImageBase {
     }
 }
 
-/// Puts the voltages of battery and current sensors on the analog inputs.
+/// Puts the voltages of battery, current sensors and potentiometer on the analog inputs.
 fn sense(core: &Core, plant: &Plant, battery_divider: f64) -> Result<()> {
     let [left, right] = plant.current_signal();
-    let battery = plant.bus_voltage() / battery_divider;
-    core.hold(move |held| held.session.board_mut().sense([battery, left, right]))
+    let volts = [
+        plant.bus_voltage() / battery_divider,
+        left,
+        right,
+        plant.steering_signal(),
+    ];
+    core.hold(move |held| held.session.board_mut().sense(volts))
 }
 
 /// What a driver makes of its pins.

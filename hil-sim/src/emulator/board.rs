@@ -18,15 +18,22 @@ use std::num::{NonZeroU32, NonZeroU64};
 
 /// USART3 among the serial ports of the part.
 pub(super) const SERIAL_PORT: usize = 2;
-/// TIM3 and TIM4 among the general timers: the left encoder and the right one.
-const ENCODER_TIMERS: [usize; 2] = [1, 2];
-/// The pins of each encoder, A and B; both are on alternate function 2.
-const ENCODER_PINS: [[Place; 2]; 2] = [[Place(C, 6), Place(C, 7)], [Place(D, 12), Place(D, 13)]];
-const ENCODER_FUNCTION: u8 = 2;
+/// TIM3, TIM4 and TIM2 among the general timers: the left encoder, the right one, and that of a car's steering.
+const ENCODER_TIMERS: [usize; 3] = [1, 2, 0];
+/// The pins of each encoder, A and B, and the alternate function that they are on.
+const ENCODER_PINS: [([Place; 2], u8); 3] = [
+    ([Place(C, 6), Place(C, 7)], 2),
+    ([Place(D, 12), Place(D, 13)], 2),
+    ([Place(A, 15), Place(B, 3)], 1),
+];
 /// PWM of the left driver and the right one: channels 1 and 2 of TIM1, alternate function 1.
 const PWM_CHANNELS: [u8; 2] = [1, 2];
 const PWM_PINS: [Place; 2] = [Place(E, 9), Place(E, 11)];
 const PWM_FUNCTION: u8 = 1;
+/// PWM of the steering's servo: channel 3 of TIM8, alternate function 3.
+const SERVO_CHANNEL: u8 = 3;
+const SERVO_PIN: Place = Place(C, 8);
+const SERVO_FUNCTION: u8 = 3;
 /// High is forward.
 const DIRECTION_PINS: [Place; 2] = [Place(E, 8), Place(E, 10)];
 /// High is on; the drivers pull it down.
@@ -40,8 +47,8 @@ const ESTOP_PIN: Place = Place(E, 13);
 const BUTTON_PIN: Place = Place(C, 13);
 /// Green, blue, red.
 const LED_PINS: [Place; 3] = [Place(B, 0), Place(B, 7), Place(B, 14)];
-/// The battery on PA3, the current sensors on PC0 and PC3: channels of the converter.
-const ANALOG_CHANNELS: [u8; 3] = [3, 10, 13];
+/// The battery on PA3, the current sensors on PC0 and PC3, the steering's potentiometer on PC2: channels of the converter.
+const ANALOG_CHANNELS: [u8; 4] = [3, 10, 13, 12];
 
 /// The ST-LINK's clock on OSC_IN, Hz.
 const CRYSTAL_HZ: u64 = 8_000_000;
@@ -50,6 +57,7 @@ const CORE_HZ: NonZeroU64 = NonZeroU64::new(168_000_000).unwrap();
 /// What a Cortex-M4 at 168 MHz retires with flash wait states behind its caches, taken branches and divisions: 1.4 cycles each.
 const INSTRUCTIONS_PER_SECOND: NonZeroU64 = NonZeroU64::new(120_000_000).unwrap();
 
+const A: usize = 0;
 const B: usize = 1;
 const C: usize = 2;
 const D: usize = 3;
@@ -82,7 +90,7 @@ pub struct Nucleo {
     /// The microcontroller.
     pub part: Part,
     /// Position of each encoder, in counts.
-    counts: [i64; 2],
+    counts: [i64; 3],
     estop_open: bool,
     button_pressed: bool,
 }
@@ -98,7 +106,7 @@ impl Nucleo {
         part.models.usart[SERIAL_PORT].attach(Line::default());
         Ok(Self {
             part,
-            counts: [0; 2],
+            counts: [0; 3],
             estop_open: false,
             button_pressed: false,
         })
@@ -117,6 +125,21 @@ impl Nucleo {
                 -duty[side]
             },
         })
+    }
+
+    /// Width of the pulses that the pin gives to the steering's servo, s.
+    pub fn servo(&mut self, at: VirtualNanos) -> Option<f64> {
+        if self.function(SERVO_PIN) != Some(SERVO_FUNCTION) {
+            return None;
+        }
+        let slot = self.part.slots.servo;
+        let (bus, models) = self.part.bus_and_models();
+        let (registers, mut context) = bus.drive(at, slot);
+        let timer = &mut models.advanced[1];
+        timer.drive_etr(Level::Low, registers, &mut context);
+        let pulse = timer.pulse(tim::Channel::new(SERVO_CHANNEL)?, registers)?;
+        // A servo takes no notice of a level that does not change.
+        (pulse.width.0 > 0 && pulse.width < pulse.period).then_some(pulse.width.0 as f64 * 1e-9)
     }
 
     /// The part of the time for which each PWM pin is high.
@@ -146,26 +169,32 @@ impl Nucleo {
     }
 
     /// Moves an encoder to a position, one count at a time.
-    pub fn turn(&mut self, at: VirtualNanos, side: usize, count: i64) {
-        self.counts[side] = count;
+    pub fn turn(&mut self, at: VirtualNanos, encoder: usize, count: i64) {
+        self.counts[encoder] = count;
         let levels = levels(count).map(Level::from);
-        for (channel, (pin, level)) in ENCODER_PINS[side].into_iter().zip(levels).enumerate() {
+        let (pins, function) = ENCODER_PINS[encoder];
+        for (channel, (pin, level)) in pins.into_iter().zip(levels).enumerate() {
             self.drive(at, pin, Some(level));
-            if self.function(pin) != Some(ENCODER_FUNCTION) {
+            if self.function(pin) != Some(function) {
                 continue;
             }
             let Some(channel) = tim::Channel::new(channel as u8 + 1) else {
                 continue;
             };
-            let slot = self.part.slots.encoders[side];
+            let slot = self.part.slots.encoders[encoder];
             let (bus, models) = self.part.bus_and_models();
             let (registers, mut context) = bus.drive(at, slot);
-            models.tim[ENCODER_TIMERS[side]].drive_input(channel, level, registers, &mut context);
+            models.tim[ENCODER_TIMERS[encoder]].drive_input(
+                channel,
+                level,
+                registers,
+                &mut context,
+            );
         }
     }
 
-    /// The voltages at the converter's pins, V: the battery behind its divider, the left and the right current sensor.
-    pub fn sense(&mut self, volts: [f64; 3]) {
+    /// The voltages at the converter's pins, V: the battery behind its divider, the left and the right current sensor, the steering's potentiometer.
+    pub fn sense(&mut self, volts: [f64; 4]) {
         for (channel, volts) in ANALOG_CHANNELS.into_iter().zip(volts) {
             let rail = f64::from(SUPPLY_MILLIVOLTS);
             let millivolts = (volts * 1e3).round().clamp(0.0, rail) as u32;
@@ -213,11 +242,12 @@ impl Nucleo {
             .into_iter()
             .chain(PWM_PINS)
             .chain(DIRECTION_PINS)
+            .chain([SERVO_PIN])
         {
             self.drive(at, pin, Some(Level::Low));
         }
-        for side in [0, 1] {
-            self.turn(at, side, self.counts[side]);
+        for encoder in 0..self.counts.len() {
+            self.turn(at, encoder, self.counts[encoder]);
         }
     }
 
@@ -291,82 +321,4 @@ fn cycles(time: VirtualNanos) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use rigless::mcu::Operate;
-    use rigless::soc::Width;
-
-    const NOW: VirtualNanos = VirtualNanos(0);
-    const RCC: u64 = 0x4002_3800;
-    const GPIOC: u64 = 0x4002_0800;
-    const GPIOE: u64 = 0x4002_1000;
-    const TIM3: u64 = 0x4000_0400;
-
-    fn board() -> Nucleo {
-        let mut board = Nucleo::new(Flash::default(), 32_000).unwrap();
-        board.connect(NOW);
-        // The clocks of the ports A to E and of TIM3.
-        write(&mut board, RCC + 0x30, 0x1F);
-        write(&mut board, RCC + 0x40, 1 << 1);
-        board
-    }
-
-    fn write(board: &mut Nucleo, address: u64, value: u64) {
-        board.part.write(NOW, address, Width::W32, value).unwrap();
-    }
-
-    fn read(board: &mut Nucleo, address: u64) -> u64 {
-        board.part.read(NOW, address, Width::W32).unwrap()
-    }
-
-    #[test]
-    fn drivers_are_off_until_their_pins_are_high() {
-        let mut board = board();
-        assert!(board.bridges(NOW).iter().all(Bridge::is_off));
-        // PE12 an output and high, PE9 an output and high, PE8 an output and low.
-        write(&mut board, GPIOE, 1 << 24 | 1 << 18 | 1 << 16);
-        write(&mut board, GPIOE + 0x14, 1 << 12 | 1 << 9);
-        let [left, right] = board.bridges(NOW);
-        assert_eq!(
-            (left.enabled, left.duty),
-            (true, -1.0),
-            "a level is a duty of one"
-        );
-        assert!(right.is_off());
-    }
-
-    #[test]
-    fn an_encoder_counts_both_ways() {
-        let mut board = board();
-        // PC6 and PC7 on alternate function 2, TIM3 in encoder mode 3, inputs direct.
-        write(&mut board, GPIOC, 2 << 12 | 2 << 14);
-        write(&mut board, GPIOC + 0x20, 2 << 24 | 2 << 28);
-        write(&mut board, TIM3 + 0x18, 0x0101);
-        write(&mut board, TIM3 + 0x08, 3);
-        write(&mut board, TIM3, 1);
-        for count in 1..=10 {
-            board.turn(VirtualNanos(count * 1000), 0, count as i64);
-        }
-        assert_eq!(read(&mut board, TIM3 + 0x24), 10);
-        for count in (-3..10).rev() {
-            board.turn(VirtualNanos(20_000), 0, count);
-        }
-        assert_eq!(read(&mut board, TIM3 + 0x24), 0xFFFD);
-    }
-
-    #[test]
-    fn switches_reach_their_pins() {
-        let mut board = board();
-        // PE13 with a pull-up, as the firmware has it.
-        write(&mut board, GPIOE + 0x0C, 1 << 26);
-        let levels = |board: &mut Nucleo| {
-            let estop = read(board, GPIOE + 0x10) >> 13 & 1;
-            let button = read(board, GPIOC + 0x10) >> 13 & 1;
-            (estop, button)
-        };
-        assert_eq!(levels(&mut board), (0, 0));
-        board.set_estop(NOW, true);
-        board.press(NOW, true);
-        assert_eq!(levels(&mut board), (1, 1));
-    }
-}
+mod tests;

@@ -21,8 +21,8 @@ use std::thread::JoinHandle;
 pub struct Edge {
     /// When.
     pub at: VirtualNanos,
-    /// Which encoder: 0 is the left one.
-    pub side: usize,
+    /// Which encoder: the left one, the right one, or that of a car's steering.
+    pub encoder: usize,
     /// Where it is then, in counts.
     pub count: i64,
 }
@@ -55,6 +55,8 @@ pub struct Meeting {
     pub backlog: usize,
     /// What the drivers of the motors are told.
     pub bridges: [Bridge; 2],
+    /// What the steering's servo is told: the width of its pulses, s.
+    pub servo: Option<f64>,
     /// Why the run is not valid.
     pub problem: Option<String>,
 }
@@ -111,6 +113,7 @@ impl Lockstep {
             bytes,
             backlog,
             bridges: board.bridges(stop.at),
+            servo: board.servo(stop.at),
             problem,
         };
         // Whoever hung up will not give another order either.
@@ -133,7 +136,7 @@ impl Driver<Nucleo> for Lockstep {
             if edge.at > stop.at {
                 return Some(edge.at);
             }
-            session.board_mut().turn(stop.at, edge.side, edge.count);
+            session.board_mut().turn(stop.at, edge.encoder, edge.count);
             self.stretch.edges.pop_front();
         }
         if stop.at < self.stretch.until {

@@ -5,6 +5,7 @@ mod bench;
 mod board;
 mod count;
 mod debug_info;
+mod encoders;
 mod fault;
 mod flash;
 mod knowledge;
@@ -15,6 +16,7 @@ mod observer;
 mod part;
 mod program;
 mod strict;
+mod wiring;
 
 pub use base::{ImageBase, Setup};
 pub use bench::Outcome;

@@ -30,7 +30,7 @@ static MEMORY: [Region; 5] = [
 ];
 
 /// The peripherals of the part, and where each one's clock is switched on (RM0090 sections 6.3.10 to 6.3.14) and the peripheral reset (6.3.5 to 6.3.9).
-const GATED: [(&str, &str, &str, &str, &str); 14] = [
+const GATED: [(&str, &str, &str, &str, &str); 16] = [
     ("PWR", "APB1ENR", "PWREN", "APB1RSTR", "PWRRST"),
     ("GPIOA", "AHB1ENR", "GPIOAEN", "AHB1RSTR", "GPIOARST"),
     ("GPIOB", "AHB1ENR", "GPIOBEN", "AHB1RSTR", "GPIOBRST"),
@@ -39,9 +39,11 @@ const GATED: [(&str, &str, &str, &str, &str); 14] = [
     ("GPIOE", "AHB1ENR", "GPIOEEN", "AHB1RSTR", "GPIOERST"),
     ("GPIOH", "AHB1ENR", "GPIOHEN", "AHB1RSTR", "GPIOHRST"),
     ("TIM1", "APB2ENR", "TIM1EN", "APB2RSTR", "TIM1RST"),
+    ("TIM2", "APB1ENR", "TIM2EN", "APB1RSTR", "TIM2RST"),
     ("TIM3", "APB1ENR", "TIM3EN", "APB1RSTR", "TIM3RST"),
     ("TIM4", "APB1ENR", "TIM4EN", "APB1RSTR", "TIM4RST"),
     ("TIM5", "APB1ENR", "TIM5EN", "APB1RSTR", "TIM5RST"),
+    ("TIM8", "APB2ENR", "TIM8EN", "APB2RSTR", "TIM8RST"),
     ("USART3", "APB1ENR", "USART3EN", "APB1RSTR", "UART3RST"),
     ("ADC1", "APB2ENR", "ADC1EN", "APB2RSTR", "ADCRST"),
     ("C_ADC", "APB2ENR", "ADC1EN", "APB2RSTR", "ADCRST"),
@@ -50,11 +52,13 @@ const GATED: [(&str, &str, &str, &str, &str); 14] = [
 const UNGATED: [&str; 5] = ["RCC", "FLASH", "IWDG", "DBG", armv7m::DWT];
 
 /// Reset values that the vendor's tables have wrong (RM0090 sections 18.4.12, 17.4.12, 30.6.1, 8.4.1, 8.4.3, 8.4.4).
-const RESETS: [(&str, &str, u64); 11] = [
+const RESETS: [(&str, &str, u64); 13] = [
     ("TIM1", "ARR", 0xFFFF),
+    ("TIM2", "ARR", 0xFFFF_FFFF),
     ("TIM3", "ARR", 0xFFFF),
     ("TIM4", "ARR", 0xFFFF),
     ("TIM5", "ARR", 0xFFFF_FFFF),
+    ("TIM8", "ARR", 0xFFFF),
     ("USART3", "SR", 0x0000_00C0),
     ("GPIOA", "MODER", 0xA800_0000),
     ("GPIOA", "OSPEEDR", 0x0C00_0000),
@@ -95,7 +99,8 @@ pub(super) struct Slots {
     pwr: usize,
     pub(super) ports: [usize; 5],
     pub(super) pwm: usize,
-    pub(super) encoders: [usize; 2],
+    pub(super) servo: usize,
+    pub(super) encoders: [usize; 3],
     pub(super) serial: usize,
 }
 
@@ -116,7 +121,7 @@ fn bus() -> Result<Bus, Error> {
             description = description.reset(port, register, 0);
         }
     }
-    for timer in ["TIM1", "TIM3", "TIM4", "TIM5"] {
+    for timer in ["TIM1", "TIM2", "TIM3", "TIM4", "TIM5", "TIM8"] {
         description = description.write_modify(timer, "SR", WriteModify::ZeroToClear);
     }
     for (instance, enable, enabled, reset, held) in GATED {
@@ -130,7 +135,7 @@ fn bus() -> Result<Bus, Error> {
         }
     }
     // The watchdog starts its oscillator, the oscillator's failure breaks the PWM, and the converter's enable reaches its common block.
-    for sink in ["RCC", "TIM1", "C_ADC", "ADC1"] {
+    for sink in ["RCC", "TIM1", "TIM8", "C_ADC", "ADC1"] {
         description = description.reads_requests(sink);
     }
     description.build()
@@ -164,7 +169,8 @@ impl Part {
                 bus.slot("GPIOE")?,
             ],
             pwm: bus.slot("TIM1")?,
-            encoders: [bus.slot("TIM3")?, bus.slot("TIM4")?],
+            servo: bus.slot("TIM8")?,
+            encoders: [bus.slot("TIM3")?, bus.slot("TIM4")?, bus.slot("TIM2")?],
             serial: bus.slot("USART3")?,
         };
         let mut part = Self {

@@ -39,7 +39,11 @@ pub(super) struct Program {
     /// Where code turns into data, and data into code again.
     is_code_from: BTreeMap<u64, bool>,
     sections: Vec<(u64, Vec<u8>)>,
+    vehicle: Option<String>,
 }
+
+/// Where the image says which vehicle it is for.
+const VEHICLE: &str = "VEHICLE";
 
 impl Program {
     /// Reads the code of an ELF file.
@@ -47,6 +51,7 @@ impl Program {
         let file = object::File::parse(elf).context("the image is not an ELF file")?;
         let mut functions = BTreeMap::new();
         let mut is_code_from = BTreeMap::new();
+        let mut vehicle = None;
         for symbol in file.symbols() {
             let name = symbol.name().unwrap_or_default();
             match name.split('.').next() {
@@ -65,6 +70,12 @@ impl Program {
                         },
                     );
                 }
+                _ if name == VEHICLE => {
+                    let section = symbol.section_index().map(|at| file.section_by_index(at));
+                    let section = section.context("the vehicle has no section")??;
+                    let bytes = section.data_range(symbol.address(), symbol.size())?;
+                    vehicle = bytes.map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+                }
                 _ => {}
             }
         }
@@ -82,6 +93,7 @@ impl Program {
             functions,
             is_code_from,
             sections,
+            vehicle,
         })
     }
 
@@ -115,6 +127,11 @@ impl Program {
     /// The function that begins at an address.
     pub(super) fn function(&self, address: u64) -> Option<&Function> {
         self.functions.get(&address)
+    }
+
+    /// The name of the vehicle that the image is for, if it says so.
+    pub(super) fn vehicle(&self) -> Option<&str> {
+        self.vehicle.as_deref()
     }
 
     /// The half-word at an address.

@@ -27,6 +27,23 @@ pub fn image() -> PathBuf {
     path
 }
 
+/// The image for another vehicle, which lies beside it.
+///
+/// # Panics
+/// If it has not been built.
+pub fn image_of(vehicle: &str) -> PathBuf {
+    if vehicle == "differential" {
+        return image();
+    }
+    let path = image().with_file_name(format!("vehicle-controller-{vehicle}.elf"));
+    assert!(
+        path.is_file(),
+        "there is no image at {}: build it with `cargo firmware --vehicle {vehicle}`",
+        path.display()
+    );
+    path
+}
+
 /// The image on the robot `default`.
 pub fn emulated(setup: &Setup) -> ImageBase {
     let robot = Robot::load("default").unwrap();

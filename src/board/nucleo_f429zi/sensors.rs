@@ -14,9 +14,10 @@ pub struct Sensors {
     _pins: (PA3<Analog>, PC0<Analog>, PC3<Analog>),
 }
 
-impl Sensors {
-    const VOLTS_PER_STEP: f32 = 3.3 / 4095.0;
+/// What a step of the converter amounts to, V.
+pub const VOLTS_PER_STEP: f32 = 3.3 / 4095.0;
 
+impl Sensors {
     /// The three analog inputs are an injected group: one start converts all, each into a register of its own.
     pub(super) fn start(
         adc: pac::ADC1,
@@ -61,7 +62,7 @@ impl Sensors {
 
     /// What was measured since the last call, a tick ago; starts the next conversion.
     pub fn read(&mut self) -> Inputs {
-        let volts = |code: u16| f32::from(code) * Self::VOLTS_PER_STEP;
+        let volts = |code: u16| f32::from(code) * VOLTS_PER_STEP;
         let battery = volts(self.adc.jdr1().read().jdata().bits());
         let left = volts(self.adc.jdr2().read().jdata().bits());
         let right = volts(self.adc.jdr3().read().jdata().bits());

@@ -11,6 +11,7 @@ use super::build::{compile, target_folder};
 use super::elf::Image;
 use super::panics;
 use super::source::Sources;
+use super::vehicle::Vehicle;
 use crate::run::{Outcome, Session, capture};
 
 /// The file and the function that gets it, as its first statement.
@@ -53,7 +54,7 @@ pub fn check(session: &Session) -> Result<Outcome> {
     }
     let line = insert(&copy.join(FILE))?;
     println!("{PANIC}\nis inserted at {FILE}:{line}");
-    let image = Image::read(&compile(session, &copy)?)?;
+    let image = Image::read(&compile(session, Vehicle::default(), &copy)?)?;
     let report = panics::report(&image, &Sources::new(&image, copy.clone())?)?;
     fs::remove_dir_all(&copy)?;
     print!("{}", report.text);

@@ -8,48 +8,53 @@ use ihex::Record;
 
 use super::elf::Image;
 use super::toolchain::{TARGET, Toolchain};
+use super::vehicle::Vehicle;
 use crate::run::{Outcome, Session};
 
-/// What one says to cargo to get the firmware: of the differential drive, and of no other vehicle.
-pub const PACKAGE: &str = "--package vehicle-controller --bin vehicle-controller --no-default-features --features nucleo-f429zi";
-const NAME: &str = "vehicle-controller";
+/// The linked program in cargo's folder, whatever its vehicle.
+const PROGRAM: &str = "vehicle-controller";
 
 /// Where the processor finds its vector table after a reset.
 const FLASH: u32 = 0x0800_0000;
 const ERASED: u8 = 0xff;
 
 /// Compiles the firmware of the repository in `root`; the ELF file as the linker left it.
-pub fn compile(session: &Session, root: &Path) -> Result<PathBuf> {
+pub fn compile(session: &Session, vehicle: Vehicle, root: &Path) -> Result<PathBuf> {
     let toolchain = Toolchain::get(session)?;
-    let mut cargo = toolchain.cargo(session, "build", PACKAGE);
+    let mut cargo = toolchain.cargo(session, "build", &vehicle.package());
     let target = target_folder(session);
     cargo
         .args(["--profile", "firmware", "--target-dir"])
         .arg(&target)
         .current_dir(root);
     match session.run(&mut cargo)? {
-        Outcome::Passed => Ok(target.join(TARGET).join("firmware").join(NAME)),
+        Outcome::Passed => Ok(target.join(TARGET).join("firmware").join(PROGRAM)),
         Outcome::Failed(why) | Outcome::Skipped(why) => bail!("the firmware does not build: {why}"),
     }
 }
 
-/// Compiles and writes `target/firmware/vehicle-controller.{elf,bin,hex}`; the ELF file among them.
-pub fn firmware(session: &Session) -> Result<PathBuf> {
-    let linked = compile(session, &session.root)?;
+/// Compiles and writes the image, `target/firmware/vehicle-controller.{elf,bin,hex}` for the differential drive; the ELF file among them.
+pub fn firmware(session: &Session, vehicle: Vehicle) -> Result<PathBuf> {
+    let linked = compile(session, vehicle, &session.root)?;
     let image = Image::read(&linked)?;
     let folder = target_folder(session).join("firmware");
     fs::create_dir_all(&folder)?;
-    let path = |extension: &str| folder.join(NAME).with_extension(extension);
+    let name = vehicle.file();
+    let path = |extension: &str| folder.join(&name).with_extension(extension);
     write(&path("elf"), &image.file)?;
     write(&path("bin"), &binary(&image)?)?;
     write(&path("hex"), hex(&image)?.as_bytes())?;
-    println!("wrote {}.{{elf,bin,hex}}", folder.join(NAME).display());
+    println!("wrote {}.{{elf,bin,hex}}", folder.join(&name).display());
     Ok(path("elf"))
 }
 
-/// The given image, or the one this repository builds.
-pub fn given_or_built(session: &Session, elf: Option<PathBuf>) -> Result<PathBuf> {
-    elf.map_or_else(|| firmware(session), Ok)
+/// The given image, or the one that this repository builds for a vehicle.
+pub fn given_or_built(
+    session: &Session,
+    elf: Option<PathBuf>,
+    vehicle: Vehicle,
+) -> Result<PathBuf> {
+    elf.map_or_else(|| firmware(session, vehicle), Ok)
 }
 
 /// Said to cargo, too: its own settings may name another.

@@ -75,7 +75,7 @@ impl Decoded<'_> {
             (I::BX, Some(LINK)) => O::Return(0),
             (I::BX | I::BXJ, register) => register.map_or(O::Jump, O::JumpRegister),
             (I::TBB | I::TBH, _) => self.table(),
-            (I::UDF | I::BKPT | I::SVC | I::HLT, _) => O::Trap,
+            (I::UDF | I::TRAP | I::BKPT | I::SVC | I::HLT, _) => O::Trap,
             (I::MOV, _) if self.is(0, ArmReg::ARM_REG_PC) => {
                 self.register(1).map_or(O::Jump, O::JumpRegister)
             }
@@ -391,6 +391,8 @@ mod instruction {
     pub const TBB: u32 = A::ARM_INS_TBB as u32;
     pub const TBH: u32 = A::ARM_INS_TBH as u32;
     pub const TEQ: u32 = A::ARM_INS_TEQ as u32;
+    /// `udf #254`, which LLVM puts where nothing should get.
+    pub const TRAP: u32 = A::ARM_INS_TRAP as u32;
     pub const TST: u32 = A::ARM_INS_TST as u32;
     pub const UDF: u32 = A::ARM_INS_UDF as u32;
     pub const VLDMDB: u32 = A::ARM_INS_VLDMDB as u32;

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use anyhow::{Result, ensure};
 
 use super::elf::{Image, Section};
+use super::vehicle::Vehicle;
 
 /// What issue and README promise.
 const FLASH_LIMIT: u32 = 96 * 1024;
@@ -43,31 +44,36 @@ pub fn check(image: &Image) -> Result<()> {
     Ok(())
 }
 
-pub fn report(image: &Image) -> String {
-    let (flash, ram) = totals(image);
-    let mut text = String::new();
-    part(&mut text, image, "flash", (flash, FLASH_LIMIT), |section| {
-        section.in_flash
-    });
-    part(
-        &mut text,
-        image,
-        "static RAM",
-        (ram, RAM_LIMIT),
-        |section| section.in_ram,
-    );
+/// A line for each vehicle.
+pub fn table(images: &[(Vehicle, Image)]) -> String {
+    let mut text = format!("{:12}  {:>8}  {:>10}\n", "vehicle", "flash", "static RAM");
+    for (vehicle, image) in images {
+        let (flash, ram) = totals(image);
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "{:12}  {flash:>8}  {ram:>10}", vehicle.name());
+    }
     text
 }
 
-fn part(
-    text: &mut String,
-    image: &Image,
-    title: &str,
-    (total, limit): (u32, u32),
-    belongs: fn(&Section) -> bool,
-) {
+/// What takes how much; next to the limits, if they hold for the image.
+pub fn report(image: &Image, promised: bool) -> String {
+    let (flash, ram) = totals(image);
+    let of = |limit: u32| {
+        if promised {
+            format!(" of {limit}")
+        } else {
+            String::new()
+        }
+    };
+    let mut text = format!("flash: {flash}{} bytes\n", of(FLASH_LIMIT));
+    part(&mut text, image, |section| section.in_flash);
     // Writing into a string cannot fail.
-    let _ = writeln!(text, "{title}: {total} of {limit} bytes");
+    let _ = writeln!(text, "static RAM: {ram}{} bytes", of(RAM_LIMIT));
+    part(&mut text, image, |section| section.in_ram);
+    text
+}
+
+fn part(text: &mut String, image: &Image, belongs: fn(&Section) -> bool) {
     let sections = image.sections.iter().filter(|section| belongs(section));
     for section in sections.clone() {
         let _ = writeln!(text, "{:>8}  {}", section.size, section.name);

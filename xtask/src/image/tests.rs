@@ -153,6 +153,7 @@ fn a_jump_table_behind_a_register_is_followed() {
 fn instructions_that_stop_are_found() {
     for (stop, text) in [
         ("udf #1", "stops the program"),
+        ("udf #254", "stops the program"),
         (".inst.w 0xffffffff", "can be decoded"),
         (
             "ldr pc, [r0]",
