@@ -39,6 +39,7 @@ pub use snapshot::{AxisSnapshot, Snapshot};
 
 use crate::supervisor::{Fault, Place, Supervisor};
 use crate::time::{self, Instant};
+use crate::vehicle::gains::OFFSETS;
 use crate::vehicle::{Motion, Twist, VirtualVehicle};
 use axis::AxisEvent;
 use clock::{Clock, Elapsed};
@@ -261,7 +262,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         snapshot.rotation = axis(&self.rotation, speed.rotation, acceleration.rotation);
         snapshot.wheels = self.vehicle.wheels();
         if self.vehicle.steers() {
-            snapshot.steering = self.vehicle.steering();
+            snapshot.steering = [self.vehicle.steering(); OFFSETS];
         }
         snapshot.supply = self.readings.supply;
         snapshot.currents = self.readings.currents;
@@ -368,11 +369,10 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if share < self.share || share > self.share * (1.0 + SHARE_RIPPLE) {
             self.share = share;
         }
-        let shares = if self.vehicle.steers() {
-            self.steered_shares(self.share)
-        } else {
-            [self.share; 2]
-        };
+        let (mut share, mut turn_share) = (self.share, self.share);
+        if self.vehicle.steers() {
+            [share, turn_share] = self.steered_shares(share);
+        }
         let cycle = |speed, share| Cycle {
             period,
             steps,
@@ -380,10 +380,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             share,
         };
         let speed = self.motion.speed;
-        let moved = self.translation.advance(
-            &self.config.translation,
-            &cycle(speed.translation, shares[0]),
-        );
+        let moved = self
+            .translation
+            .advance(&self.config.translation, &cycle(speed.translation, share));
         if let Some(AxisEvent::Done(residual)) = moved {
             self.note(Event::MoveDone(residual));
         }
@@ -392,11 +391,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         let turned = self
             .rotation
-            .advance(&self.config.rotation, &cycle(speed.rotation, shares[1]));
+            .advance(&self.config.rotation, &cycle(speed.rotation, turn_share));
         if let Some(AxisEvent::Done(residual)) = turned {
             self.note(Event::TurnDone(residual));
         }
-        if self.vehicle.steers() && shares[0] == 0.0 {
+        if self.vehicle.steers() && share == 0.0 {
             self.translation.set_out();
             self.rotation.set_out();
         }
@@ -438,12 +437,14 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation,
             rotation,
         } = self.motion.speed;
-        let heading = if self.vehicle.steers() {
-            self.rotation.is_settled()
-        } else {
-            within(&self.rotation, &self.config.rotation, rotation)
+        let heading = || {
+            if self.vehicle.steers() {
+                self.rotation.is_settled()
+            } else {
+                within(&self.rotation, &self.config.rotation, rotation)
+            }
         };
-        within(&self.translation, &self.config.translation, translation) && heading
+        within(&self.translation, &self.config.translation, translation) && heading()
     }
 
     fn drive(&mut self, supply: f32) -> Result<(), crate::vehicle::OutputError> {

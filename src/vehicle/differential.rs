@@ -147,11 +147,10 @@ where
             speeds = speeds.map(|speed| scale * speed);
             accelerations = accelerations.map(|acceleration| scale * acceleration);
         }
-        let measured = self.observers.speeds();
         let command = |wheel: usize| WheelCommand {
             speed: speeds[wheel],
             acceleration: accelerations[wheel],
-            measured: measured[wheel],
+            measured: self.observers.each[wheel].speed(),
         };
         let (left, right) = (command(0), command(1));
         self.duty = [
@@ -176,10 +175,9 @@ where
     }
 
     fn wheels(&self) -> [Wheel; 2] {
-        let speeds = self.observers.speeds();
         let wheel = |index: usize, count| Wheel {
             count,
-            speed: speeds[index],
+            speed: self.observers.each[index].speed(),
             duty: self.duty[index],
         };
         [wheel(0, self.left.total()), wheel(1, self.right.total())]
