@@ -375,3 +375,25 @@ fn the_offset_is_learned_with_the_other_gains_and_is_as_wrong_as_it_says() {
     assert!((nees / runs - 1.0).abs() < 0.18, "{}", nees / runs);
     assert!(shrunk.max() / runs < 0.1, "{}", shrunk / runs);
 }
+
+#[test]
+fn a_measured_run_says_nothing_of_an_offset_however_the_wheel_points_now() {
+    let mut estimator = Estimator::new(Noise::default());
+    let mut influence = of_a_tricycle(Calibration::NOMINAL);
+    // As of a car whose reference point goes along its steered axle.
+    influence.by_gain[3][0] = -0.3;
+    estimator.set_influence(influence);
+    let run = estimator.straight(5.0);
+    assert_eq!(run, ([5.0, 0.0, 0.0, 0.0], 0.0));
+    let spread = Spread {
+        root: [0.02, 0.0, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0, 0.03],
+    };
+    let mut update = Update::none(&estimator.belief(), &spread);
+    update.by_run(run, 0.05, 0.0).unwrap();
+    let (change, known) = update.gains();
+    // 10 cm of the prior, 5 mm of the tape.
+    let share = 0.1 * 0.1 / (0.1 * 0.1 + 5e-3 * 5e-3);
+    assert!((change[0] - 0.01 * share).abs() < 1e-6, "{change}");
+    assert_eq!((change[1], change[2], change[3]), (0.0, 0.0, 0.0));
+    assert_eq!(known.deviations()[3], 0.03);
+}

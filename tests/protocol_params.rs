@@ -3,7 +3,7 @@
 mod common;
 
 use common::Rig;
-use vehicle_controller::params::{Id, Kind, Params};
+use vehicle_controller::params::{Kind, Params};
 
 /// Names that the protocol fixes, with their units.
 const FIXED: &[(&str, &str)] = &[
@@ -153,7 +153,7 @@ fn the_speed_of_the_commands_does_not_exceed_the_largest_one() {
 fn switches_are_0_or_1() {
     let mut rig = Rig::new();
     rig.ask("GetStatus");
-    for id in Id::ALL {
+    for id in Params::default().ids() {
         if matches!(id.spec().kind, Kind::Switch | Kind::Wiring) {
             rig.refused(&format!("SetParam {} 0.5", id.spec().name), "range");
         }
@@ -176,7 +176,7 @@ fn there_is_no_such_parameter() {
 
 #[test]
 fn geometry_is_refused_while_the_vehicle_moves_and_the_rest_is_not() {
-    for id in Id::ALL {
+    for id in Params::default().ids() {
         let spec = id.spec();
         let line = format!("SetParam {} {}", spec.name, spec.default);
         let mut rig = Rig::new();
@@ -263,12 +263,12 @@ fn a_list_is_not_mixed_with_the_replies_behind_it() {
     rig.receive(b"@1 ListParams\n@2 GetStatus\n");
     rig.run(0.1);
     let lines = rig.lines();
-    assert_eq!(lines.len(), Id::COUNT + 2);
-    assert_eq!(lines[0], format!("@1 Params {}", Id::COUNT));
+    assert_eq!(lines.len(), Params::default().count() + 2);
+    assert_eq!(lines[0], format!("@1 Params {}", Params::default().count()));
     assert!(
-        lines[1..=Id::COUNT]
+        lines[1..=Params::default().count()]
             .iter()
             .all(|line| line.starts_with("~ "))
     );
-    assert!(lines[Id::COUNT + 1].starts_with("@2 Status "));
+    assert!(lines[Params::default().count() + 1].starts_with("@2 Status "));
 }

@@ -177,6 +177,7 @@ fn unknown_commands_and_wrong_counts_are_syntax_errors() {
         "GetState 1",
         "GetTime 1",
         "GetBattery 1",
+        "GetSteering 1",
         "GetWheels 1",
         "Version 1",
         "EStop now",
@@ -224,6 +225,7 @@ fn data_lines_have_their_form() {
         ("GetStatus", STATUS),
         ("GetTime", "Time 1.000000"),
         ("GetBattery", "Battery 11.500"),
+        ("GetSteering", "Steering 0.0000"),
         ("GetEstSpeed", "EstSpeed 0.000000 0.00000"),
         (
             "GetState",
@@ -280,6 +282,7 @@ fn every_command_has_help_of_one_line() {
         "GetState",
         "GetTime",
         "GetBattery",
+        "GetSteering",
         "GetWheels",
         "Stream",
         "Version",

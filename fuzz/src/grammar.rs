@@ -1,6 +1,6 @@
 //! The protocol's commands, as its page says them: what a line without tag and check asks for, or what is wrong with it.
 
-use vehicle_controller::params::Id;
+use vehicle_controller::params::{Id, Params};
 
 /// A set of the protocol's codes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -158,7 +158,7 @@ impl Ask {
     }
 }
 
-const PLAIN: [&str; 18] = [
+const PLAIN: [&str; 19] = [
     "Stop",
     "GetGains",
     "GetEstPos",
@@ -167,6 +167,7 @@ const PLAIN: [&str; 18] = [
     "GetState",
     "GetTime",
     "GetBattery",
+    "GetSteering",
     "GetWheels",
     "Version",
     "EStop",
@@ -477,8 +478,8 @@ impl<'a> Words<'a, '_> {
             self.doubts.must.add(Codes::SYNTAX);
             return None;
         };
-        let id = Id::ALL
-            .into_iter()
+        let id = Params::default()
+            .ids()
             .find(|id| id.spec().name.as_bytes().eq_ignore_ascii_case(name));
         self.doubts.must.add_if(id.is_none(), Codes::UNKNOWN);
         id

@@ -9,7 +9,7 @@ mod reply;
 
 use std::collections::VecDeque;
 
-use vehicle_controller::params::{Id, Params};
+use vehicle_controller::params::Params;
 use vehicle_controller::supervisor::Fault;
 use vehicle_controller::time::Duration;
 
@@ -306,7 +306,7 @@ impl<'a> Session<'a> {
 
     fn expect_rows(&mut self, ask: Ask) {
         if ask == Ask::Plain("ListParams") {
-            self.rows = Id::ALL.len();
+            self.rows = Params::default().count();
         }
     }
 

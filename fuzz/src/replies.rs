@@ -155,6 +155,10 @@ pub fn of_snapshot(command: &str, reply: &str, snapshot: &Snapshot) {
             let [volts] = numbers(reply, "Battery", [3]);
             assert!(close(volts, f64::from(snapshot.supply), 1e-3), "{reply}");
         }
+        "GetSteering" => {
+            // The fuzzed base is a differential drive.
+            assert_eq!(numbers(reply, "Steering", [4]), [0.0]);
+        }
         "GetWheels" => {
             let said = numbers(reply, "Wheels", [0, 0, 6, 6, 4, 4]);
             let [left, right] = &snapshot.wheels;

@@ -3,7 +3,7 @@
 //! The input is a little program: change a parameter, save, save with a cut, start anew, let a word decay.
 
 use vehicle_controller::params::store::Store;
-use vehicle_controller::params::{Id, Kind, Params};
+use vehicle_controller::params::{Kind, Params};
 
 use crate::base;
 use crate::flash::FuzzFlash;
@@ -59,7 +59,9 @@ impl Base {
     }
 
     fn change(&mut self, id: u8, value: u8) {
-        let id = Id::ALL[usize::from(id) % Id::ALL.len()];
+        let params = Params::default();
+        let id = params.ids().nth(usize::from(id) % params.count());
+        let id = id.expect("it is one of them");
         let spec = id.spec();
         let share = f32::from(value) / 255.0;
         let value = match spec.kind {
@@ -119,7 +121,7 @@ impl Base {
         let set = found.ok().map(|found| found.params);
         if self.decayed {
             if let Some(set) = set {
-                for id in Id::ALL {
+                for id in set.ids() {
                     let (value, spec) = (set.get(id), id.spec());
                     assert!((spec.min..=spec.max).contains(&value), "{}", spec.name);
                 }

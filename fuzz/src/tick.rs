@@ -8,7 +8,7 @@ use vehicle_controller::controller::{
     AxisCommand, Controller, Inputs, Interface, Observation, Pose, Snapshot,
 };
 use vehicle_controller::interpreter::Desk;
-use vehicle_controller::params::{Id, Kind, Params};
+use vehicle_controller::params::{Kind, Params};
 use vehicle_controller::supervisor::{Fault, Reaction};
 use vehicle_controller::time::Instant;
 use vehicle_controller::vehicle::Counter;
@@ -173,7 +173,12 @@ impl<'a, C: Counter> Base<'a, C> {
     }
 
     fn configure(&mut self, source: &mut Source<'_>) {
-        let id = Id::ALL[usize::from(source.byte()) % Id::ALL.len()];
+        let which = usize::from(source.byte());
+        let params = Params::default();
+        let id = params
+            .ids()
+            .nth(which % params.count())
+            .expect("it is one of them");
         let spec = id.spec();
         let share = f32::from(source.byte()) / 255.0;
         // Both ends and the default are worth more than what lies between.

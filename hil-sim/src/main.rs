@@ -229,7 +229,8 @@ fn drive_command(drive: &Drive) -> Result<()> {
         None => Far::Terminal,
     };
     let trace = TraceFile::create(drive.base.trace.as_deref(), false, 0.01)?;
-    console::drive(base.as_mut(), &far, drive.speed, trace)
+    let vehicle = Robot::load(&drive.base.robot)?.params.vehicle();
+    console::drive(base.as_mut(), vehicle, &far, drive.speed, trace)
 }
 
 fn run_command(run: &Run) -> Result<()> {

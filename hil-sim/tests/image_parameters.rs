@@ -123,7 +123,7 @@ fn a_reset_in_the_midst_of_a_save_leaves_the_old_or_the_new_set() {
 
 #[test]
 fn a_power_cut_in_the_midst_of_a_save_leaves_the_old_or_the_new_set() {
-    let entries = 8 * Id::COUNT as u64;
+    let entries = 8 * Params::default().count() as u64;
     let commit = 16 + entries + 4;
     let mut found = [0; 2];
     // The first save: milliseconds of the erase. The second: bytes of the set, its CRC, the commit, the seal.

@@ -87,7 +87,7 @@ fn what_is_saved_is_there_after_power_has_failed() {
 #[test]
 fn a_cut_at_each_moment_of_a_save_starts_the_base_with_the_old_or_the_new_set() {
     // In the first save: an erase, the words of the set, and what ends it.
-    let set = 4 * (4 + 2 * Id::COUNT as u64 + 1 + 2);
+    let set = 4 * (4 + 2 * Params::default().count() as u64 + 1 + 2);
     let mut found = [0; 2];
     for cut in [
         0,
@@ -184,7 +184,7 @@ fn what_another_firmware_has_stored_is_taken_as_far_as_it_goes() {
         .windows(4)
         .position(|window| window == Id::Gate.key().to_le_bytes())
         .unwrap();
-    let crc_at = 16 + 8 * Id::COUNT;
+    let crc_at = 16 + 8 * Params::default().count();
     let mut set = bytes[..crc_at].to_vec();
     set[entry + 4..entry + 8].copy_from_slice(&(-1.0_f32).to_le_bytes());
     flash.place(0, &set);
@@ -216,7 +216,7 @@ fn the_defaults_of_a_base_are_its_robots() {
         assert_eq!(store.load_or_defaults(&robot.params).params, robot.params);
         store.start_save();
         while store.poll(&robot.params).is_none() {}
-        let restored = store.load(&Params::default()).unwrap();
+        let restored = store.load(&Params::of(robot.params.vehicle())).unwrap();
         assert_eq!(restored.params, robot.params);
     }
 }

@@ -1,8 +1,8 @@
 //! Power fails at any byte of a save, and again at any byte of what follows: the old or the new set is whole, and what a start has found stays.
 
 use hil_sim::peripherals::FakeFlash;
+use vehicle_controller::params::Params;
 use vehicle_controller::params::store::{Store, StoreError};
-use vehicle_controller::params::{Id, Params};
 
 /// So many saves in a row.
 const SAVES: u32 = 50;
@@ -18,7 +18,7 @@ type Flash = FakeFlash<4096>;
 fn set(nth: u32) -> Params {
     let mut params = Params::default();
     let mut values = Vec::new();
-    for id in Id::ALL {
+    for id in params.ids() {
         let spec = id.spec();
         let share = (nth as f32 + 1.0) / 512.0;
         let value = spec.min + (spec.max - spec.min) * share;
@@ -105,7 +105,7 @@ fn one_of(
 /// and the last leave the same behind: a slot that is taken, whose format is there and whose commit was never begun. No more of it is ever read.
 fn cuts(cost: u64, erases: bool, all: bool) -> Vec<u64> {
     let start = if erases { ERASE_STEPS } else { 0 };
-    let entries = 4 * Id::COUNT as u64 * 2;
+    let entries = 4 * Params::default().count() as u64 * 2;
     let first = start + 16;
     let representative = |at: u64| {
         let entry = at.checked_sub(first).filter(|at| *at < entries);

@@ -75,9 +75,9 @@ fn fallbacks(restored: &Restored) -> Vec<Fallback> {
 #[test]
 fn a_set_is_stored_as_the_format_says() {
     let params = with_gate(9.0);
-    let entries: Vec<_> = Id::ALL
-        .iter()
-        .map(|id| (key(id.spec().name), params.get(*id)))
+    let entries: Vec<_> = params
+        .ids()
+        .map(|id| (key(id.spec().name), params.get(id)))
         .collect();
     let mut expected = slot(1, &entries);
     while expected.last() == Some(&0xFF) {
@@ -161,12 +161,12 @@ fn the_newest_set_counts_and_numbers_wrap() {
 #[test]
 fn every_wrong_bit_of_a_set_is_noticed() {
     let old = slot(1, &[(key("gate"), 1.0)]);
-    let entries: Vec<_> = Id::ALL
-        .iter()
+    let entries: Vec<_> = Params::default()
+        .ids()
         .map(|id| (id.key(), id.spec().default))
         .collect();
     let new = slot(2, &entries);
-    let whole = 4 * (4 + 2 * Id::COUNT + 1);
+    let whole = 4 * (4 + 2 * Params::default().count() + 1);
     for bit in 32..8 * whole {
         let mut wrong = new.clone();
         wrong[bit / 8] ^= 1 << (bit % 8);
@@ -253,7 +253,7 @@ fn a_sector_is_erased_at_every_32nd_save() {
     }
     let wear = store.flash().wear();
     assert_eq!(wear.erased, [10, 10]);
-    let words = 4 + 2 * Id::COUNT as u64 + 3;
+    let words = 4 + 2 * Params::default().count() as u64 + 3;
     assert_eq!(wear.written, u64::from(SAVES) * 4 * words);
     assert_eq!(wear.offences, 0);
 }

@@ -260,6 +260,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         );
         snapshot.rotation = axis(&self.rotation, speed.rotation, acceleration.rotation);
         snapshot.wheels = self.vehicle.wheels();
+        if self.vehicle.steers() {
+            snapshot.steering = self.vehicle.steering();
+        }
         snapshot.supply = self.readings.supply;
         snapshot.currents = self.readings.currents;
         snapshot.enabled = self.power == Power::Enabled;

@@ -40,6 +40,8 @@ pub struct Snapshot {
     pub rotation: AxisSnapshot,
     /// Wheels, left first.
     pub wheels: [Wheel; 2],
+    /// The steering angle as measured, rad; 0 for a vehicle that does not steer.
+    pub steering: f32,
     /// Battery voltage, filtered, V.
     pub supply: f32,
     /// Motor currents, left first, A, where they are measured.
@@ -71,6 +73,7 @@ impl Snapshot {
             translation: AxisSnapshot::default(),
             rotation: AxisSnapshot::default(),
             wheels: [Wheel::default(); 2],
+            steering: 0.0,
             supply: 0.0,
             currents: [None; 2],
             enabled: false,

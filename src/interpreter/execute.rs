@@ -129,6 +129,7 @@ impl Interpreter {
             Keyword::GetTime => reply::time(text, desk.snapshot()),
             Keyword::GetBattery => reply::battery(text, desk.snapshot()),
             Keyword::GetWheels => reply::wheels(text, desk.snapshot()),
+            Keyword::GetSteering => reply::steering(text, desk.snapshot()),
             Keyword::Version => {
                 text.str("Version")
                     .word(env!("CARGO_PKG_NAME"))
@@ -137,7 +138,7 @@ impl Interpreter {
                     .integer(i64::from(PROTOCOL_VERSION));
             }
             Keyword::ListParams => {
-                text.str("Params").integer(self.params.ids().count() as i64);
+                text.str("Params").integer(self.params.count() as i64);
                 self.listing = Some(0);
             }
             Keyword::SaveParams => return self.send_to_store(Stage::Save, desk),

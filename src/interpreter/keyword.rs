@@ -48,6 +48,7 @@ keywords! {
     GetTime state "GetTime" None, ": seconds since boot";
     GetBattery state "GetBattery" None, ": volts";
     GetWheels state "GetWheels" None, ": counts, speeds (m/s) and duties, left and right";
+    GetSteering state "GetSteering" None, ": steering angle (deg)";
     Stream state "Stream" None, "period [fields]: telemetry every period s, 0 off; default t x y theta v_s v_alpha";
     Version state "Version" None, ": name, version, target, protocol version";
     Help state "Help" None, "[topic or command]: topics, the commands of a topic, or what a command takes and does";

@@ -93,6 +93,12 @@ pub fn battery(text: &mut Text, snapshot: &Snapshot) {
     text.str("Battery").fixed(f64::from(snapshot.supply), 3);
 }
 
+/// `Steering φ`.
+pub fn steering(text: &mut Text, snapshot: &Snapshot) {
+    text.str("Steering")
+        .fixed(f64::from(snapshot.steering) * DEGREES, 4);
+}
+
 /// `Wheels <left count> <right count> <left m/s> <right m/s> <left duty> <right duty>`.
 pub fn wheels(text: &mut Text, snapshot: &Snapshot) {
     let [left, right] = &snapshot.wheels;

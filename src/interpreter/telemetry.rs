@@ -32,7 +32,7 @@ fields! {
     LeftSpeed "left_speed"; RightSpeed "right_speed";
     LeftDuty "left_duty"; RightDuty "right_duty";
     Battery "battery"; LeftCurrent "left_current"; RightCurrent "right_current";
-    FaultName "fault"; Dropped "dropped";
+    Steering "steer"; FaultName "fault"; Dropped "dropped";
 }
 
 /// The fields of a telemetry line; none means the default ones.
@@ -202,6 +202,9 @@ impl Stream {
                 }
                 Field::RightDuty => {
                     text.fixed(f64::from(right.duty), 4);
+                }
+                Field::Steering => {
+                    text.fixed(f64::from(snapshot.steering) * DEGREES, 4);
                 }
                 Field::Battery => {
                     text.fixed(f64::from(snapshot.supply), 3);

@@ -115,6 +115,12 @@ impl Params {
         Id::ALL.iter().copied().filter(move |id| id.is_of(vehicle))
     }
 
+    /// How many that are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.ids().count()
+    }
+
     /// The value, in the parameter's unit.
     #[must_use]
     pub fn get(&self, id: Id) -> f32 {

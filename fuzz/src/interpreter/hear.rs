@@ -1,6 +1,6 @@
 //! What the base says, line by line, and whether it had to say that.
 
-use vehicle_controller::params::Id;
+use vehicle_controller::params::{Id, Params};
 
 use super::reply::{code, either, unchecked};
 use super::{Due, Heard, Late, Session, shown, stops};
@@ -42,12 +42,12 @@ impl Session<'_> {
             either(line)
         };
         let name = line.split(' ').nth(1).unwrap_or_default();
-        let next = Id::ALL.len() - self.rows;
-        match Id::ALL.get(next) {
+        let next = Params::default().count() - self.rows;
+        match Params::default().ids().nth(next) {
             Some(id) if id.spec().name == name => {
                 self.rows -= 1;
                 if !self.stale {
-                    replies::row(line, &self.params, *id);
+                    replies::row(line, &self.params, id);
                 }
             }
             _ if self.framing_only => {}

@@ -1,7 +1,7 @@
 //! What the protocol says of a command that is well written: why it is refused, and what it does.
 
 use vehicle_controller::controller::Snapshot;
-use vehicle_controller::params::{Id, Kind};
+use vehicle_controller::params::{Id, Kind, Params};
 
 use super::Session;
 use crate::base;
@@ -188,7 +188,7 @@ impl Session<'_> {
                 return true;
             }
             Ask::Plain("ListParams") => {
-                assert_eq!(reply, format!("Params {}", Id::ALL.len()));
+                assert_eq!(reply, format!("Params {}", Params::default().count()));
                 self.expect_rows(ask);
                 return false;
             }

@@ -9,11 +9,14 @@ use rustyline::{Context, Editor, ExternalPrinter, Helper, Highlighter, Hinter, V
 use std::path::PathBuf;
 use std::sync::mpsc;
 use vehicle_controller::interpreter::commands;
-use vehicle_controller::params::Id;
+use vehicle_controller::params::Params;
+use vehicle_controller::vehicle::Kind;
 
 /// Completes commands, and the names of parameters behind the commands that take one.
 #[derive(Helper, Hinter, Highlighter, Validator)]
-struct Words;
+struct Words {
+    vehicle: Kind,
+}
 
 impl Completer for Words {
     type Candidate = Pair;
@@ -24,11 +27,11 @@ impl Completer for Words {
         position: usize,
         _: &Context<'_>,
     ) -> rustyline::Result<(usize, Vec<Pair>)> {
-        Ok(complete(line, position))
+        Ok(complete(self.vehicle, line, position))
     }
 }
 
-fn complete(line: &str, position: usize) -> (usize, Vec<Pair>) {
+fn complete(vehicle: Kind, line: &str, position: usize) -> (usize, Vec<Pair>) {
     let before = line.get(..position).unwrap_or(line);
     let start = before.rfind(' ').map_or(0, |blank| blank + 1);
     let (head, word) = before.split_at(start);
@@ -38,7 +41,10 @@ fn complete(line: &str, position: usize) -> (usize, Vec<Pair>) {
     };
     let names: Vec<&str> = match head.trim().to_ascii_lowercase().as_str() {
         "" | "help" => commands().collect(),
-        "getparam" | "setparam" => Id::ALL.iter().map(|id| id.spec().name).collect(),
+        "getparam" | "setparam" => {
+            let ids = Params::of(vehicle).ids();
+            ids.map(|id| id.spec().name).collect()
+        }
         _ => Vec::new(),
     };
     let pair = |name: &str| Pair {
@@ -61,9 +67,9 @@ fn history_file() -> Option<PathBuf> {
 }
 
 /// Opens an editor on the terminal; Ctrl-C sends Stop, Ctrl-D leaves.
-pub fn open() -> Result<Port> {
+pub fn open(vehicle: Kind) -> Result<Port> {
     let mut editor: Editor<Words, DefaultHistory> = Editor::new()?;
-    editor.set_helper(Some(Words));
+    editor.set_helper(Some(Words { vehicle }));
     let history = history_file();
     if let Some(file) = &history {
         // There is none the first time.
@@ -110,16 +116,18 @@ pub fn open() -> Result<Port> {
 
 #[cfg(test)]
 mod tests {
-    use super::complete;
+    use super::{Kind, complete};
 
     #[test]
     fn completes_commands_and_parameters() {
-        let names = |line: &str| -> Vec<String> {
-            let (_, pairs) = complete(line, line.len());
+        let of = |vehicle: Kind, line: &str| -> Vec<String> {
+            let (_, pairs) = complete(vehicle, line, line.len());
             pairs.into_iter().map(|pair| pair.display).collect()
         };
+        let names = |line: &str| of(Kind::Differential, line);
         assert_eq!(names("gete"), ["GetEstPos", "GetEstSpeed"]);
         assert_eq!(names("GetParam wheel"), ["wheel_base"]);
+        assert_eq!(of(Kind::Synchro, "GetParam wheel"), ["wheel_diameter"]);
         assert!(names("m 1").is_empty());
     }
 }

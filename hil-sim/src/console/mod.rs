@@ -16,6 +16,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
+use vehicle_controller::vehicle::Kind;
 
 /// The far end of the base's serial line.
 pub struct Port {
@@ -64,6 +65,7 @@ impl std::str::FromStr for Speed {
 /// Runs until the far end leaves, and the base then rests; or until the process is told to end.
 pub fn drive(
     base: &mut dyn Base,
+    vehicle: Kind,
     far: &Far,
     speed: Speed,
     mut trace: Option<TraceFile>,
@@ -72,7 +74,7 @@ pub fn drive(
     let flag = Arc::clone(&told_to_end);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
     let mut port = match far {
-        Far::Terminal if std::io::stdin().is_terminal() => line_editor::open()?,
+        Far::Terminal if std::io::stdin().is_terminal() => line_editor::open(vehicle)?,
         Far::Terminal => stdio::open(),
         #[cfg(unix)]
         Far::Pty => pty::open()?,

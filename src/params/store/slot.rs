@@ -48,14 +48,9 @@ const _: () = assert!(
     "a set does not fit its slot"
 );
 
-/// Entries of a set that is written.
-fn count(params: &Params) -> u32 {
-    params.ids().count() as u32
-}
-
 /// Where the CRC of a set that is written comes; what is before it is [written](Slot::write) from the parameters.
 pub(super) fn crc_at(params: &Params) -> u32 {
-    ENTRIES_AT + 2 * count(params)
+    ENTRIES_AT + 2 * params.count() as u32
 }
 
 /// CRC-32/ISO-HDLC, least significant bit first, four bits at a time: a third of the code of the crate's, and four times as fast.
@@ -264,7 +259,7 @@ fn word(at: u32, sequence: u32, params: &Params) -> u32 {
         CLAIM_AT => 0,
         FORMAT_AT => FORMAT,
         SEQUENCE_AT => sequence,
-        COUNT_AT => count(params),
+        COUNT_AT => params.count() as u32,
         _ => {
             let entry = (at - ENTRIES_AT) / 2;
             let Some(id) = params.ids().nth(entry as usize) else {
