@@ -85,6 +85,7 @@ impl Potentiometer {
 }
 
 impl Voltmeter for Potentiometer {
+    /// It is a tick old, or the one that began with this tick.
     fn volts(&mut self) -> f32 {
         f32::from(self.adc.jdr4().read().jdata().bits()) * VOLTS_PER_STEP
     }
