@@ -1,9 +1,10 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
 use crate::faults::{Fault, FaultSet, FaultyLink};
-use crate::peripherals::{FakeFlash, Harness, converted};
+use crate::motor_controller::MotorController;
+use crate::peripherals::{FakeFlash, Harness, Wires, converted};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
-use crate::robot::{Model, Robot};
+use crate::robot::{Drives, Model, Robot};
 use crate::trace::Row;
 use crate::vehicle::{Desk, Vehicle, vehicle};
 use anyhow::{Result, bail};
@@ -28,6 +29,8 @@ pub struct Rig {
     plant: Plant,
     harness: Harness,
     faults: FaultSet,
+    /// Of the motors, if they have controllers of their own.
+    controllers: Option<[MotorController; 2]>,
     robot: Robot,
     ideal: bool,
     /// None if the battery is not measured.
@@ -62,6 +65,12 @@ impl Rig {
         let plant = Plant::new(&robot.physics, seed);
         let harness = Harness::default();
         let faults = FaultSet::new(&plant, seed);
+        let controllers = match &robot.drives {
+            Drives::Bridge => None,
+            Drives::Speed(params) | Drives::Increment(params) => {
+                Some([0, 1].map(|_| MotorController::new(params)))
+            }
+        };
         show(&harness, &plant, plant.counts());
         harness
             .steering
@@ -81,6 +90,7 @@ impl Rig {
             plant,
             harness,
             faults,
+            controllers,
             robot: robot.clone(),
             ideal,
             battery_divider,
@@ -162,6 +172,14 @@ impl Rig {
             Fault::Motor(..) | Fault::Battery(_) if self.ideal => {
                 bail!("this robot's wheels turn as they are told: no motor or battery can fail")
             }
+            Fault::Controller(side) => {
+                let Some(controllers) = &mut self.controllers else {
+                    bail!("this robot's motors have no controllers of their own");
+                };
+                for motor in side.wheels() {
+                    controllers[motor].set_dead(true);
+                }
+            }
             Fault::LinkCut => self.serial.set_cut(true),
             Fault::FlashCut(bytes) => self.cut_flash(bytes),
             fault => self.faults.inject(fault, &mut self.plant)?,
@@ -172,6 +190,9 @@ impl Rig {
     /// All that was wrong is well. The encoders count on from where they are.
     pub fn clear_faults(&mut self) {
         self.faults.clear(&mut self.plant);
+        for controller in self.controllers.iter_mut().flatten() {
+            controller.set_dead(false);
+        }
         self.serial.set_cut(false);
     }
 
@@ -187,7 +208,15 @@ impl Rig {
 
     /// What the drivers of the motors are told.
     pub fn bridges(&self) -> [BridgeInput; 2] {
-        self.harness.wheels.each_ref().map(|wires| wires.bridge())
+        match &self.controllers {
+            Some(controllers) => controllers.each_ref().map(MotorController::output),
+            None => self.harness.wheels.each_ref().map(|wires| wires.bridge()),
+        }
+    }
+
+    /// The wires of the wheels.
+    pub fn wires(&self) -> [&Wires; 2] {
+        self.harness.wheels.each_ref().map(|wires| &**wires)
     }
 
     /// The truth.
@@ -221,6 +250,7 @@ impl Rig {
         for event in self.controller.tick(time, &inputs) {
             self.interpreter.notify(*event);
         }
+        self.deliver();
         self.desk.update(self.controller.snapshot());
         while self.desk.work() {}
         self.interpret();
@@ -254,13 +284,18 @@ impl Rig {
         } else {
             self.faults.bridges([left.bridge(), right.bridge()])
         };
-        let input = Input {
+        let mut input = Input {
             command,
             push,
             steering: self.harness.steering.pulse(),
         };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
+            if let Some([first, second]) = &mut self.controllers {
+                let counts = self.plant.counts();
+                let told = [first.step(counts[0], dt), second.step(counts[1], dt)];
+                input.command = self.faults.bridges(told);
+            }
             self.plant.step(dt, &input);
         }
         let [left, right] = self.plant.counts();
@@ -269,6 +304,14 @@ impl Rig {
             self.faults.encoders[1].show(right),
         ];
         show(&self.harness, &self.plant, shown);
+    }
+
+    /// What the board has sent arrives at the motors' controllers.
+    fn deliver(&mut self) {
+        let counts = self.plant.counts();
+        for (motor, controller) in self.controllers.iter_mut().flatten().enumerate() {
+            controller.listen(&self.harness.wheels[motor].controller, counts[motor]);
+        }
     }
 
     fn interpret(&mut self) {

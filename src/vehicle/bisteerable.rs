@@ -328,6 +328,10 @@ where
         self.left_motor.holds_load() || self.right_motor.holds_load()
     }
 
+    fn knows_duty(&self) -> bool {
+        self.left_motor.knows_duty() && self.right_motor.knows_duty()
+    }
+
     fn drive(
         &mut self,
         speed: Twist,

@@ -130,6 +130,10 @@ where
         self.left_drive.holds_load() || self.right_drive.holds_load()
     }
 
+    fn knows_duty(&self) -> bool {
+        self.left_drive.knows_duty() && self.right_drive.knows_duty()
+    }
+
     fn drive(
         &mut self,
         speed: Twist,

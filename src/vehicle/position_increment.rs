@@ -50,8 +50,8 @@ const TOO_MANY: f32 = 2_147_483_648.0;
 /// more. The first unit after them is sent when a whole one has been asked for. [`configure`](Drive::configure) keeps it.
 ///
 /// Of the servo's parameters only `reversed` matters, and neither the measured speed nor the supply does. What share of the supply the motor gets is
-/// not known, so the duty is said to be 0. A supervisor that has a motor model would take every motion for a fault: give it none
-/// (`motor_speed_gain` = 0). How the axes follow, the speeds and the counts are watched all the same.
+/// not known, so the duty is said to be 0, and the control loop's supervisor has no motor model then. How the axes follow, the speeds and the counts are
+/// watched all the same.
 #[derive(Debug)]
 pub struct PositionIncrement<O> {
     output: O,
@@ -98,6 +98,10 @@ fn split(number: Sum) -> (i32, Sum) {
 impl<O: IncrementOutput> Drive for PositionIncrement<O> {
     fn configure(&mut self, config: &servo::Config) {
         self.reversed = config.reversed;
+    }
+
+    fn knows_duty(&self) -> bool {
+        false
     }
 
     /// # Errors

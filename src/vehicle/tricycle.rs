@@ -211,6 +211,10 @@ where
         self.motor.holds_load()
     }
 
+    fn knows_duty(&self) -> bool {
+        self.motor.knows_duty()
+    }
+
     fn drive(
         &mut self,
         speed: Twist,

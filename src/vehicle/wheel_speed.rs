@@ -33,8 +33,8 @@ pub trait SpeedOutput {
 /// A motor behind a controller of speeds.
 ///
 /// It has nothing to learn and nothing to regulate: of the servo's parameters only `reversed` matters, and neither the measured speed nor the supply
-/// does. What share of the supply the motor gets is not known, so the duty is said to be 0. A supervisor that has a motor model would take every
-/// motion for a fault: give it none (`motor_speed_gain` = 0). How the axes follow, the speeds and the counts are watched all the same.
+/// does. What share of the supply the motor gets is not known, so the duty is said to be 0, and the control loop's supervisor has no motor model then.
+/// How the axes follow, the speeds and the counts are watched all the same.
 #[derive(Debug)]
 pub struct WheelSpeed<O> {
     output: O,
@@ -59,6 +59,10 @@ impl<O: SpeedOutput> WheelSpeed<O> {
 impl<O: SpeedOutput> Drive for WheelSpeed<O> {
     fn configure(&mut self, config: &servo::Config) {
         self.reversed = config.reversed;
+    }
+
+    fn knows_duty(&self) -> bool {
+        false
     }
 
     /// # Errors
