@@ -164,6 +164,10 @@ impl VirtualVehicle for Vehicle {
         any!(self, vehicle => vehicle.prepare(present, next))
     }
 
+    fn is_astray(&self) -> bool {
+        any!(self, vehicle => vehicle.is_astray())
+    }
+
     fn steering(&self) -> f32 {
         any!(self, vehicle => vehicle.steering())
     }

@@ -44,6 +44,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if let Some((fault, place)) = found {
             self.trip(fault, place);
         }
+        if self.vehicle.steers() && self.vehicle.is_astray() {
+            self.trip(Fault::Steering, Place::Base);
+        }
     }
 
     /// What the supervisor sees.

@@ -118,6 +118,10 @@ faults! {
     Following "following" Off,
         "an axis 5 times its lag away from its reference for 50 ms, or held up for a second",
         "at once";
+    /// The wheels do not point where they are told to.
+    Steering "steering" Stop,
+        "the steering is more than 10 degrees from where it is told to point for half a second: jammed, without power, or a torn sensor",
+        "at once; it comes back with the next motion if its cause lasts";
     /// The battery is empty, or its sense wire broken.
     Undervoltage "undervoltage" Stop,
         "battery below supply_min times supply for 0.1 s while the motors are on",

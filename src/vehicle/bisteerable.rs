@@ -268,6 +268,10 @@ where
         self.helm.points_to(self.aim)
     }
 
+    fn is_astray(&self) -> bool {
+        self.helm.is_astray()
+    }
+
     fn steering(&self) -> f32 {
         self.helm.angle()
     }

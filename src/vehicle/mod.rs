@@ -161,6 +161,11 @@ pub trait VirtualVehicle {
         true
     }
 
+    /// True if the steering does not go where it is told to.
+    fn is_astray(&self) -> bool {
+        false
+    }
+
     /// The steering angle as measured, rad; positive to the left. 0 for a vehicle that does not steer.
     fn steering(&self) -> f32 {
         0.0

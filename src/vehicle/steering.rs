@@ -153,6 +153,10 @@ where
 const POINTED: f32 = 0.035;
 /// … or has had so long for it, s: a worn linkage stops no vehicle, and a broken one shows in how the heading is followed.
 const PATIENCE: f32 = 0.5;
+/// Farther than this from where it is told to point, rad (10°) …
+const ASTRAY: f32 = 0.175;
+/// … for so long, s, is no lag any more.
+const LOST: f32 = 0.5;
 
 /// Leads a steering to the angles that are wanted: no farther and no faster than it can.
 #[derive(Debug)]
@@ -165,6 +169,8 @@ pub struct Helm<S> {
     commanded: Option<f32>,
     /// For so long it has been commanded to point where it does, s.
     waited: f32,
+    /// For so long it has been somewhere else, s; time for which it was not is taken off.
+    astray: f32,
 }
 
 impl<S: Steering> Helm<S> {
@@ -176,6 +182,7 @@ impl<S: Steering> Helm<S> {
             angle: 0.0,
             commanded: None,
             waited: 0.0,
+            astray: 0.0,
         };
         helm.configure(config);
         helm.sense();
@@ -227,6 +234,8 @@ impl<S: Steering> Helm<S> {
         let left = wanted - from;
         let commanded = from + limit(left, max_rate * dt);
         self.waited = if left == 0.0 { self.waited + dt } else { 0.0 };
+        let is_off = (self.angle - commanded).abs() > ASTRAY;
+        self.astray = larger(self.astray + if is_off { dt } else { -dt }, 0.0);
         self.commanded = Some(commanded);
         self.steering.steer(commanded - offset)
     }
@@ -239,6 +248,12 @@ impl<S: Steering> Helm<S> {
             && ((self.angle - wanted).abs() < POINTED || self.waited > PATIENCE)
     }
 
+    /// True if it has been too far from where it was told to point for too long.
+    #[must_use]
+    pub fn is_astray(&self) -> bool {
+        self.astray > LOST
+    }
+
     /// Lets go of the steering.
     ///
     /// # Errors
@@ -246,6 +261,7 @@ impl<S: Steering> Helm<S> {
     pub fn off(&mut self) -> Result<(), OutputError> {
         self.commanded = None;
         self.waited = 0.0;
+        self.astray = 0.0;
         self.steering.off()
     }
 }

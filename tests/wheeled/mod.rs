@@ -1,14 +1,20 @@
 //! Any vehicle on ideal parts: wheels that roll as they are told, a steering that points where it is told, at its own rate, encoders of a micrometre.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod base;
+
 use embedded_hal_02::{Direction, Qei};
 use std::cell::Cell;
 use std::rc::Rc;
 use vehicle_controller::params::{Blueprint, Id, Params};
+use vehicle_controller::time::Duration;
 use vehicle_controller::vehicle::{
     BiSteerable, DifferentialDrive, Drive, Kind, OutputError, Steering, Synchro, Tricycle, Twist,
     VirtualVehicle, WheelCommand, servo, steering,
 };
+
+/// The control loop's period.
+pub const PERIOD: Duration = Duration::millis(1);
 
 /// One wheel: what it is told, and how far it has rolled.
 #[derive(Debug, Default)]
