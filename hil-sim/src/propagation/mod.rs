@@ -13,6 +13,7 @@ use crate::random::Random;
 use crate::replay::{Log, replay};
 use crate::robot::Robot;
 use crate::se2::{self, Pose};
+use crate::vehicle::steers;
 use anyhow::{Result, ensure};
 use nalgebra::{Matrix3, Vector3};
 use odometry::{Gains, Moved, Odometry, Reading};
@@ -116,9 +117,10 @@ impl Noise {
             translation: get(Id::NoiseS),
             drift: get(Id::NoiseDrift) * degree * degree,
             rotation: get(Id::NoiseRot) * degree,
-            steering: match params.vehicle() {
-                Kind::Differential | Kind::Synchro => 0.0,
-                Kind::Tricycle | Kind::BiSteerable => get(Id::NoiseSteer) * degree * degree,
+            steering: if steers(params.vehicle()) {
+                get(Id::NoiseSteer) * degree * degree
+            } else {
+                0.0
             },
         }
     }
@@ -276,7 +278,7 @@ pub fn propagate(
     let params = &robot.params;
     let odometry = Odometry::of(params);
     ensure!(
-        !odometry.needs_steering() || log.rows().iter().all(|row| row.steer.is_some()),
+        !steers(params.vehicle()) || log.rows().iter().all(|row| row.steer.is_some()),
         "{}: there is no column `steer`, and the robot steers",
         log.name
     );

@@ -95,12 +95,6 @@ impl Odometry {
         }
     }
 
-    /// True if it cannot do without the steering angle.
-    #[must_use]
-    pub fn needs_steering(&self) -> bool {
-        matches!(self.geometry, Geometry::Tricycle(_) | Geometry::Car(_))
-    }
-
     /// What a log's row says.
     #[must_use]
     pub fn reading(&self, row: &Row) -> Reading {
