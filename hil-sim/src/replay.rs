@@ -35,8 +35,8 @@ impl From<&trace::Row> for Row {
         Self {
             t: row.t,
             counts: [row.left_count, row.right_count],
-            front: [0; 2],
-            steer: None,
+            front: [row.front_left_count, row.front_right_count].map(Option::unwrap_or_default),
+            steer: row.steer,
             truth: Some([row.true_x, row.true_y, row.true_theta]),
         }
     }

@@ -6,13 +6,15 @@ use crate::peripherals::{FakeFlash, Harness, Wires, converted};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
 use crate::robot::{Drives, Model, Robot};
 use crate::trace::Row;
-use crate::vehicle::{Desk, Vehicle, vehicle};
+use crate::vehicle::{Desk, Vehicle, steers, vehicle};
 use anyhow::{Result, bail};
 use vehicle_controller::controller::{Controller, Event, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Identity, Interpreter};
 use vehicle_controller::params::store::Store;
 use vehicle_controller::supervisor::{self, Place};
 use vehicle_controller::time::{self, Duration, Instant};
+use vehicle_controller::vehicle::Kind;
+use vehicle_controller::vehicle::gains::OFFSET;
 
 /// The period of the control loop.
 pub const PERIOD: Duration = Duration::millis(1);
@@ -331,6 +333,13 @@ impl Rig {
         let (translation, rotation) = (&snapshot.translation, &snapshot.rotation);
         let [left, right] = &snapshot.wheels;
         let [left_current, right_current] = self.plant.current();
+        let offset = snapshot.estimator.calibration().gains[OFFSET];
+        let kind = self.robot.params.vehicle();
+        let (steers, has_front) = (steers(kind), kind == Kind::BiSteerable);
+        let fronts = self
+            .plant
+            .front_counts()
+            .map(|count| has_front.then_some(count));
         Row {
             t: self.now.ticks() as f64 * 1e-6,
             true_x,
@@ -368,6 +377,10 @@ impl Rig {
                 .fault
                 .map_or("none", |fault| fault.name())
                 .to_owned(),
+            steer: steers.then(|| f64::from(snapshot.steering - offset)),
+            true_steer: steers.then(|| self.plant.steering()),
+            front_left_count: fronts[0],
+            front_right_count: fronts[1],
         }
     }
 }

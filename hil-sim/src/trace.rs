@@ -42,6 +42,13 @@ pub const COLUMNS: [&str; 33] = [
     "battery",
     "fault",
 ];
+/// Further columns at the end, where the vehicle has what they tell.
+pub const FURTHER: [&str; 4] = [
+    "steer",
+    "true_steer",
+    "front_left_count",
+    "front_right_count",
+];
 
 /// The names of the states of an axis.
 pub const STATES: [&str; 4] = ["HOLD", "ACCEL", "MOVE", "DECCEL"];
@@ -115,6 +122,18 @@ pub struct Row {
     pub battery: f64,
     /// Name of the fault, or `none`; no unit.
     pub fault: String,
+    /// Steering angle as its sensor says, without the offset that is learned, rad.
+    #[serde(skip_serializing)]
+    pub steer: Option<f64>,
+    /// True steering angle, rad.
+    #[serde(skip_serializing)]
+    pub true_steer: Option<f64>,
+    /// Count of the encoder of a car's left front wheel, encoder counts.
+    #[serde(skip_serializing)]
+    pub front_left_count: Option<i64>,
+    /// Count of the encoder of a car's right front wheel, encoder counts.
+    #[serde(skip_serializing)]
+    pub front_right_count: Option<i64>,
 }
 
 impl Row {
@@ -156,6 +175,16 @@ impl Row {
             self.fault.clone(),
         ]
     }
+
+    /// The cells of the row that only some vehicles have, in the order of [`FURTHER`].
+    fn further_cells(&self) -> [Option<String>; FURTHER.len()] {
+        [
+            self.steer.map(compact),
+            self.true_steer.map(compact),
+            self.front_left_count.map(|count| count.to_string()),
+            self.front_right_count.map(|count| count.to_string()),
+        ]
+    }
 }
 
 /// A negative zero would make two equal runs differ in their text.
@@ -173,7 +202,9 @@ fn compact(value: f64) -> String {
 fn check_cell(column: &str, cell: &str) -> anyhow::Result<()> {
     let problem = match column {
         "move_state" | "turn_state" => (!STATES.contains(&cell)).then_some("is not a state"),
-        "left_count" | "right_count" => cell.parse::<i64>().err().map(|_| "is not an integer"),
+        "left_count" | "right_count" | "front_left_count" | "front_right_count" => {
+            cell.parse::<i64>().err().map(|_| "is not an integer")
+        }
         "fault" => cell.is_empty().then_some("is not a fault's name or `none`"),
         _ => match cell.parse::<f64>() {
             Ok(number) if number.is_finite() => None,
@@ -189,7 +220,8 @@ fn check_cell(column: &str, cell: &str) -> anyhow::Result<()> {
 /// Writes a trace.
 pub struct Writer<W: Write> {
     csv: csv::Writer<W>,
-    has_header: bool,
+    /// Which of [`FURTHER`] there are: those of the first row. None before it.
+    further: Option<[bool; FURTHER.len()]>,
 }
 
 impl<W: Write> Writer<W> {
@@ -197,14 +229,16 @@ impl<W: Write> Writer<W> {
     pub fn new(sink: W) -> Self {
         Self {
             csv: csv::Writer::from_writer(sink),
-            has_header: false,
+            further: None,
         }
     }
 
-    fn write_header(&mut self) -> anyhow::Result<()> {
-        if !self.has_header {
-            self.csv.write_record(COLUMNS)?;
-            self.has_header = true;
+    fn write_header(&mut self, further: [bool; FURTHER.len()]) -> anyhow::Result<()> {
+        if self.further.is_none() {
+            let further_columns = FURTHER.iter().zip(further).filter(|(_, there)| *there);
+            let columns = COLUMNS.iter().chain(further_columns.map(|(name, _)| name));
+            self.csv.write_record(columns)?;
+            self.further = Some(further);
         }
         Ok(())
     }
@@ -213,15 +247,28 @@ impl<W: Write> Writer<W> {
     ///
     /// # Errors
     ///
-    /// A cell that [`read`] would refuse (a number that is not finite, an unknown state), or a failure to write.
+    /// A cell that [`read`] would refuse (a number that is not finite, an unknown state), another vehicle's columns than in the first row, or a failure to
+    /// write.
     pub fn write(&mut self, row: &Row) -> anyhow::Result<()> {
-        self.write_header()?;
+        let further = row.further_cells();
+        let there = further.each_ref().map(Option::is_some);
+        self.write_header(there)?;
+        ensure!(
+            self.further == Some(there),
+            "trace row at t = {} s: other columns than those before",
+            row.t
+        );
         let cells = row.cells();
-        for (column, cell) in COLUMNS.iter().zip(&cells) {
+        let columns = COLUMNS.iter().zip(cells.iter().map(Some));
+        let columns = columns.chain(FURTHER.iter().zip(further.iter().map(Option::as_ref)));
+        let mut record = csv::StringRecord::new();
+        for (column, cell) in columns {
+            let Some(cell) = cell else { continue };
             check_cell(column, cell).with_context(|| format!("trace row at t = {} s", row.t))?;
+            record.push_field(cell);
         }
         self.csv
-            .write_record(&cells)
+            .write_record(&record)
             .context("cannot write the trace")
     }
 
@@ -240,7 +287,7 @@ impl<W: Write> Writer<W> {
     ///
     /// A failure to write.
     pub fn finish(mut self) -> anyhow::Result<W> {
-        self.write_header()?;
+        self.write_header([false; FURTHER.len()])?;
         let mut sink = self
             .csv
             .into_inner()
@@ -274,6 +321,10 @@ pub fn read(path: &Path) -> anyhow::Result<Vec<Row>> {
         ensure!(count > 0, "{name}:1: column `{column}` is missing");
         ensure!(count == 1, "{name}:1: column `{column}` appears twice");
     }
+    for column in FURTHER {
+        let count = header.iter().filter(|found| *found == column).count();
+        ensure!(count <= 1, "{name}:1: column `{column}` appears twice");
+    }
     let mut rows: Vec<Row> = Vec::new();
     for record in csv.records() {
         let record = record.map_err(|error| {
@@ -298,7 +349,7 @@ fn parse_row(
         bail!("{} cells instead of {}", record.len(), header.len());
     }
     for (column, cell) in header.iter().zip(record) {
-        if COLUMNS.contains(&column) {
+        if COLUMNS.contains(&column) || FURTHER.contains(&column) {
             check_cell(column, cell)?;
         }
     }
@@ -386,6 +437,32 @@ mod tests {
         second.left_count = i64::MIN;
         let rows = [row(0.0), second];
         assert_eq!(read_text(&text(&rows)).unwrap(), rows);
+    }
+
+    #[test]
+    fn a_vehicle_that_steers_has_further_columns() {
+        let steered = |t| Row {
+            steer: Some(-0.25),
+            true_steer: Some(-0.251),
+            ..row(t)
+        };
+        let rows = [steered(0.0), steered(0.01)];
+        let written = text(&rows);
+        let header = format!("{},steer,true_steer", COLUMNS.join(","));
+        assert_eq!(written.lines().next(), Some(header.as_str()));
+        assert_eq!(read_text(&written).unwrap(), rows);
+        let car = [Row {
+            front_left_count: Some(-3),
+            front_right_count: Some(70_000),
+            ..steered(0.0)
+        }];
+        assert_eq!(read_text(&text(&car)).unwrap(), car);
+        // A trace is of one vehicle.
+        let mut writer = Writer::new(Vec::new());
+        writer.write(&rows[0]).unwrap();
+        assert!(writer.write(&row(0.02)).is_err());
+        let wrong = written.replacen("-0.25,", "left,", 1);
+        assert!(error(&wrong).contains("`left` is not a number"));
     }
 
     #[test]

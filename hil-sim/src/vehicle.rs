@@ -56,6 +56,12 @@ impl Blueprint for Configuration {
     }
 }
 
+/// True if it has a steering angle.
+#[must_use]
+pub fn steers(vehicle: Kind) -> bool {
+    matches!(vehicle, Kind::Tricycle | Kind::BiSteerable)
+}
+
 /// The vehicle of a robot whose controller believes in these parameters.
 ///
 /// # Errors

@@ -147,8 +147,9 @@ pub fn run(plan: &Plan, robot: &Robot, bases: &Robot, index: u64) -> Result<Tria
     // What is drawn once, what happens under way and what the fixes are do not depend on each other: with fixes and without, it is the same journey.
     let mut draws = Random::new(plan.seed, 3 * index);
     let prior = Prior::of(&bases.params);
-    let errors = [draws.normal(), draws.normal(), draws.normal()];
-    let gains = prior.sample(errors).into();
+    let errors = [draws.normal(), draws.normal(), draws.normal(), 0.0];
+    let [right, left, base, _]: [f64; 4] = prior.sample(errors).into();
+    let gains = [right, left, base];
     let drawing = Drawing::of(&bases.params);
     let mut world = World::new(drawing, gains, Random::new(plan.seed, 3 * index + 1));
     let mut sight = Random::new(plan.seed, 3 * index + 2);

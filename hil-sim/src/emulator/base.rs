@@ -14,6 +14,7 @@ use crate::plant::{BridgeInput, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
 use crate::robot::{Drives, Model, Robot};
 use crate::trace::Row;
+use crate::vehicle::steers;
 use anyhow::{Result, bail, ensure};
 use rigless::emulator::Watch;
 use rigless::image::Image;
@@ -22,6 +23,7 @@ use std::path::Path;
 use vehicle_controller::controller::State;
 use vehicle_controller::params::Params;
 use vehicle_controller::time::{self, Instant};
+use vehicle_controller::vehicle::Kind;
 
 /// The image has so long to start, ns.
 const START_PATIENCE_NS: u64 = 100_000_000;
@@ -61,6 +63,7 @@ pub struct ImageBase {
     pub(super) program: Program,
     up: bool,
     plant: Plant,
+    vehicle: Kind,
     battery_divider: f64,
     faults: FaultSet,
     encoders: Encoders,
@@ -141,6 +144,7 @@ impl ImageBase {
             faults: FaultSet::new(&plant, seed),
             encoders: Encoders::new(wiring),
             plant,
+            vehicle: robot.params.vehicle(),
             battery_divider: robot.physics.battery.divider,
             bridges: [Bridge::default(); 2],
             servo: None,
@@ -180,6 +184,11 @@ impl ImageBase {
     pub fn known(&self) -> Result<Row> {
         let [true_x, true_y, true_theta] = self.plant.pose();
         let [left_current, right_current] = self.plant.current();
+        let has_front = self.vehicle == Kind::BiSteerable;
+        let fronts = self
+            .plant
+            .front_counts()
+            .map(|count| has_front.then_some(count));
         let mut row = Row {
             true_x,
             true_y,
@@ -189,6 +198,11 @@ impl ImageBase {
             move_state: State::Hold.name().to_owned(),
             turn_state: State::Hold.name().to_owned(),
             fault: "none".to_owned(),
+            // Filled with what the image knows, where it has started.
+            steer: steers(self.vehicle).then_some(0.0),
+            true_steer: steers(self.vehicle).then(|| self.plant.steering()),
+            front_left_count: fronts[0],
+            front_right_count: fronts[1],
             ..Row::default()
         };
         if let Some(snapshot) = self.snapshot()? {

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use vehicle_controller::controller::estimator::{Compound, Estimate, Estimator, Noise, Pose};
 use vehicle_controller::controller::{Belief, State};
 use vehicle_controller::supervisor::Fault;
+use vehicle_controller::vehicle::gains::OFFSET;
 use vehicle_controller::vehicle::{Calibration, Influence, Twist};
 
 /// The type of the static in which idle keeps its copy of the controller's snapshot; others are on their way through a queue or a mailbox.
@@ -93,6 +94,11 @@ fn fill(snapshot: &View<'_>, row: &mut Row) -> Result<()> {
     row.left_duty = left.member("duty")?.number()?;
     row.right_duty = right.member("duty")?.number()?;
     row.battery = snapshot.member("supply")?.number()?;
+    if let Some(steer) = &mut row.steer {
+        let calibration = snapshot.member("estimator.calibration.gains")?;
+        *steer = snapshot.member("steering")?.number()?
+            - calibration.element(OFFSET as u64)?.number()?;
+    }
     fault(&snapshot.member("fault")?)?.clone_into(&mut row.fault);
     Ok(())
 }

@@ -1,24 +1,26 @@
-//! The general propagation of p(X) over a journey, by particles: every particle is a base with radii and a wheel base of its own, drawn from their priors, and
-//! makes random errors of its own on the way. It assumes neither that errors are small nor that anything is normal, so the estimator's linear covariance can be
+//! The general propagation of p(X) over a journey, by particles: every particle is a base with radii, a wheel base and a steering of its own, drawn from their
+//! priors, and makes random errors of its own on the way. It assumes neither that errors are small nor that anything is normal, so the estimator's linear covariance can be
 //! held against it.
 //!
 //! After J. Hermosillo, C. Pradalier, S. Sekhavat, "Modeling Odometry and Uncertainty Propagation for a Bi-steerable Car" (2002), eq. (5): the integral over
 //! p(X_{i−1}), p(U) and p(A), with A the gains and U the encoders' readings and the random errors beside them.
 
-use crate::plot::Cloud;
+mod odometry;
+mod report;
+
 use crate::prior::Prior;
 use crate::random::Random;
 use crate::replay::{Log, replay};
 use crate::robot::Robot;
 use crate::se2::{self, Pose};
+use crate::vehicle::steers;
 use anyhow::{Result, ensure};
 use nalgebra::{Matrix3, Vector3};
+use odometry::{Gains, Moved, Odometry, Reading};
 use rayon::prelude::*;
-use std::f64::consts::PI;
-use std::fmt;
 use vehicle_controller::controller::Estimate;
-use vehicle_controller::math::wrap;
 use vehicle_controller::params::{Id, Params};
+use vehicle_controller::vehicle::Kind;
 
 /// What the priors of the radii and the base look like; mean and covariance are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,18 +46,19 @@ pub struct Plan {
 const FLOCK: usize = 1000;
 /// So many are kept to be drawn.
 const DRAWN: usize = 800;
-/// A step of the particles: the circumference of a wheel moves this far, m. Over so little, any motion is an arc.
+/// A step of the particles: the circumference of a wheel moves this far, m; or a synchro drive turns so far, rad. Over so little, any
+/// motion is an arc.
 const STEP: f64 = 0.02;
 
 /// What the wheels did in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Step {
-    /// Right, left: m by the nominal radii.
-    rolled: [f64; 2],
+    /// By the nominal numbers.
+    reading: Reading,
     /// Total variation of S, m.
     way: f64,
-    /// Standard deviations of the random errors of ΔS (m) and Δα (rad).
-    random: [f64; 2],
+    /// Standard deviations of the random errors of ΔS (m), Δα (rad) and φ (rad).
+    random: [f64; 3],
 }
 
 /// What came of it.
@@ -102,6 +105,8 @@ struct Noise {
     drift: f64,
     /// κ_rot, rad²/rad.
     rotation: f64,
+    /// κ_steer, rad² m.
+    steering: f64,
 }
 
 impl Noise {
@@ -112,46 +117,66 @@ impl Noise {
             translation: get(Id::NoiseS),
             drift: get(Id::NoiseDrift) * degree * degree,
             rotation: get(Id::NoiseRot) * degree,
+            steering: if steers(params.vehicle()) {
+                get(Id::NoiseSteer) * degree * degree
+            } else {
+                0.0
+            },
         }
     }
 
-    /// Standard deviations of ΔS and Δα for these variations.
-    fn deviations(&self, way: f64, turning: f64) -> [f64; 2] {
+    /// Standard deviations of ΔS, Δα and φ for these variations: over the way of a step, an error of φ that is white along it has the variance κ_steer/way.
+    fn deviations(&self, way: f64, turning: f64, steered: f64) -> [f64; 3] {
         let [s, alpha] = [
             self.translation * way,
             self.drift * way + self.rotation * turning,
         ];
-        [s.sqrt(), alpha.sqrt()]
+        let phi = if steered > 0.0 {
+            self.steering / steered
+        } else {
+            0.0
+        };
+        [s, alpha, phi].map(f64::sqrt)
     }
 }
 
-/// The steps of a log, for a base as its drawings have it.
-fn steps(log: &Log, params: &Params) -> Vec<Step> {
-    let get = |id| f64::from(params.get(id));
-    let per_count = |diameter| PI * get(diameter) / get(Id::CountsPerTurn);
-    let (right, left) = (per_count(Id::RightDiameter), per_count(Id::LeftDiameter));
-    let base = get(Id::WheelBase);
-    let count = right.max(left);
+/// The steps of a log, for a base with these gains.
+fn steps(log: &Log, odometry: &Odometry, gains: &Gains, noise: &Noise) -> Vec<Step> {
+    let [metre, radian] = odometry.resolution();
     let (mut s, mut alpha) = (0.0, 0.0);
     let (mut s_shadow, mut alpha_shadow) = (Shadow::default(), Shadow::default());
-    let noise = Noise::of(params);
     let mut steps = Vec::new();
-    let (mut rolled, mut way, mut turning) = ([0.0; 2], 0.0, 0.0);
-    let mut counts = log.counts().peekable();
-    while let Some([left_counts, right_counts]) = counts.next() {
-        let moved = [right_counts as f64 * right, left_counts as f64 * left];
-        s += 0.5 * (moved[0] + moved[1]);
-        alpha += (moved[0] - moved[1]) / base;
-        rolled = [rolled[0] + moved[0], rolled[1] + moved[1]];
-        way += s_shadow.follow(s, count);
-        turning += alpha_shadow.follow(alpha, count / base);
-        if counts.peek().is_none() || rolled.iter().any(|rolled| rolled.abs() >= STEP) {
+    let (mut sum, mut way, mut turning) = (Reading::default(), 0.0, 0.0);
+    // The steering of a step is that of its rows, each by how far it goes.
+    let (mut weighed, mut weight, mut turned) = (0.0, 0.0, 0.0);
+    let mut rows = log.rows().iter().skip(1).peekable();
+    while let Some(row) = rows.next() {
+        let reading = odometry.reading(row);
+        let Moved { ahead, turned: by } = odometry.moved(&reading, gains, 0.0);
+        s += ahead;
+        alpha += by;
+        turned += by;
+        for (sum, more) in sum.rolled.iter_mut().zip(reading.rolled) {
+            *sum += more;
+        }
+        for (sum, more) in sum.front.iter_mut().zip(reading.front) {
+            *sum += more;
+        }
+        let rolled = reading.rolled[0].abs() + reading.rolled[1].abs();
+        weighed += rolled * reading.steer;
+        weight += rolled;
+        way += s_shadow.follow(s, metre);
+        turning += alpha_shadow.follow(alpha, radian);
+        let is_full = sum.rolled.iter().any(|rolled| rolled.abs() >= STEP);
+        if rows.peek().is_none() || is_full {
+            sum.steer = if weight > 0.0 { weighed / weight } else { 0.0 };
             steps.push(Step {
-                rolled,
+                reading: sum,
                 way,
-                random: noise.deviations(way, turning),
+                random: noise.deviations(way, turning, odometry.steered_way(way, turned)),
             });
-            (rolled, way, turning) = ([0.0; 2], 0.0, 0.0);
+            (sum, way, turning) = (Reading::default(), 0.0, 0.0);
+            (weighed, weight, turned) = (0.0, 0.0, 0.0);
         }
     }
     steps
@@ -196,29 +221,37 @@ struct Journey<'a> {
     steps: &'a [Step],
     start: Pose,
     prior: Prior,
-    /// w, m.
-    base: f64,
+    odometry: Odometry,
+    /// So many gains are drawn.
+    gains: usize,
+    /// The steering is uncertain, step by step.
+    skews: bool,
 }
 
 impl Journey<'_> {
     fn travel(&self, random: &mut Random, shape: Shape) -> Pose {
-        let mut draw = || match shape {
-            Shape::Gaussian => random.normal(),
-            Shape::Uniform => random.uniform(),
-        };
-        let errors = [draw(), draw(), draw()];
-        let [k_right, k_left, k_base]: [f64; 3] = self.prior.sample(errors).into();
-        let base = k_base * self.base;
+        let mut errors = [0.0; 4];
+        for error in errors.iter_mut().take(self.gains) {
+            *error = match shape {
+                Shape::Gaussian => random.normal(),
+                Shape::Uniform => random.uniform(),
+            };
+        }
+        let gains: Gains = self.prior.sample(errors).into();
         let [mut x, mut y, mut theta] = self.start;
         for step in self.steps {
-            let (right, left) = (k_right * step.rolled[0], k_left * step.rolled[1]);
             let slip = step.random[0] * random.normal();
             let skid = step.random[1] * random.normal();
-            let ahead = 0.5 * (right + left) + slip;
-            let half = 0.5 * ((right - left) / base + skid);
+            let skew = if self.skews {
+                step.random[2] * random.normal()
+            } else {
+                0.0
+            };
+            let moved = self.odometry.moved(&step.reading, &gains, skew);
+            let half = 0.5 * (moved.turned + skid);
             // The chord of the arc; half an angle of some degrees needs no more of the series.
             let h = half * half;
-            let chord = ahead * (1.0 - h / 6.0 * (1.0 - h / 20.0));
+            let chord = (moved.ahead + slip) * (1.0 - h / 6.0 * (1.0 - h / 20.0));
             let (sin, cos) = (theta + half).sin_cos();
             x += chord * cos;
             y += chord * sin;
@@ -231,7 +264,7 @@ impl Journey<'_> {
 /// Sends particles along a log, beside the estimator; tells `progress` of those that have arrived.
 ///
 /// # Errors
-/// If there are too few particles.
+/// If there are too few particles, or the log does not tell how a vehicle was steered that steers.
 pub fn propagate(
     log: &Log,
     robot: &Robot,
@@ -243,13 +276,25 @@ pub fn propagate(
         "from a hundred particles to a hundred million"
     );
     let params = &robot.params;
+    let odometry = Odometry::of(params);
+    ensure!(
+        !steers(params.vehicle()) || log.rows().iter().all(|row| row.steer.is_some()),
+        "{}: there is no column `steer`, and the robot steers",
+        log.name
+    );
     let linear = *replay(log, robot, params)?.last();
-    let steps = steps(log, params);
+    let (prior, noise) = (Prior::of(params), Noise::of(params));
+    let steps = steps(log, &odometry, &prior.gains.into(), &noise);
     let journey = Journey {
         steps: &steps,
         start: log.start(),
-        prior: Prior::of(params),
-        base: f64::from(params.get(Id::WheelBase)),
+        prior,
+        odometry,
+        gains: match params.vehicle() {
+            Kind::Differential => 3,
+            _ => 4,
+        },
+        skews: noise.steering > 0.0,
     };
     let (pose, flocks) = (linear.pose, plan.particles.div_ceil(FLOCK));
     let drawn = DRAWN.div_ceil(flocks);
@@ -293,119 +338,6 @@ pub fn propagate(
         exponential,
         seen: all.seen,
     })
-}
-
-fn largest_difference(a: &Matrix3<f64>, b: &Matrix3<f64>) -> f64 {
-    let scale = b
-        .diagonal()
-        .map(|variance| 1.0 / variance.max(f64::MIN_POSITIVE).sqrt());
-    (a - b)
-        .component_mul(&(scale * scale.transpose()))
-        .abs()
-        .max()
-}
-
-impl Propagation {
-    /// The largest element of the difference of the covariances, particles' minus linear, in units of √(C_ii C_jj) of the linear one.
-    #[must_use]
-    pub fn difference(&self) -> f64 {
-        largest_difference(&self.covariance, &self.linear.covariance)
-    }
-
-    /// The same in exponential coordinates.
-    #[must_use]
-    pub fn exponential_difference(&self) -> f64 {
-        let linear = se2::in_body(&self.linear.covariance, self.linear.pose.theta);
-        largest_difference(&self.exponential, &linear)
-    }
-
-    /// What the plot wants to know.
-    #[must_use]
-    pub fn cloud(&self) -> Cloud {
-        let pose = self.linear.pose;
-        let shift = se2::between(
-            [pose.x, pose.y, pose.theta],
-            [self.mean.x, self.mean.y, self.mean.z],
-        );
-        Cloud {
-            points: self.seen.iter().map(|[x, y, _]| [*x, *y]).collect(),
-            points_name: "particles".into(),
-            covariance: se2::in_body(&self.linear.covariance, pose.theta),
-            other: Some((
-                [shift[0], shift[1]],
-                se2::in_body(&self.covariance, pose.theta),
-                "95 % ellipse of the particles' covariance".into(),
-            )),
-            over_time: None,
-        }
-    }
-}
-
-/// A part of nothing is `none`.
-fn over(part: f64, whole: f64, none: f64) -> f64 {
-    if whole > 0.0 { part / whole } else { none }
-}
-
-impl fmt::Display for Propagation {
-    /// For people.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let degree = f64::to_degrees(1.0);
-        writeln!(
-            f,
-            "{}: {:.2} m, {} particles, {} priors, seed {}",
-            self.name,
-            self.way,
-            self.plan.particles,
-            match self.plan.shape {
-                Shape::Gaussian => "gaussian",
-                Shape::Uniform => "uniform",
-            },
-            self.plan.seed
-        )?;
-        let pose = self.linear.pose;
-        let means = [
-            ("linear", Vector3::new(pose.x, pose.y, pose.theta)),
-            ("particles", self.mean),
-        ];
-        for (name, mean) in means {
-            writeln!(
-                f,
-                "  {name:<10} mean        x {:.4} m  y {:.4} m  theta {:.3} deg",
-                mean.x,
-                mean.y,
-                wrap(mean.z) * degree
-            )?;
-        }
-        for (name, c) in [
-            ("linear", &self.linear.covariance),
-            ("particles", &self.covariance),
-        ] {
-            writeln!(
-                f,
-                "  {name:<10} deviations  x {:.4} m  y {:.4} m  theta {:.3} deg   correlations  xy {:.4}  xt {:.4}  yt {:.4}",
-                c.m11.sqrt(),
-                c.m22.sqrt(),
-                c.m33.sqrt() * degree,
-                over(c.m12, (c.m11 * c.m22).sqrt(), 0.0),
-                over(c.m13, (c.m11 * c.m33).sqrt(), 0.0),
-                over(c.m23, (c.m22 * c.m33).sqrt(), 0.0),
-            )?;
-        }
-        let ratio = self
-            .covariance
-            .zip_map(&self.linear.covariance, |is, linear| over(is, linear, 1.0));
-        writeln!(
-            f,
-            "  variances, particles' over linear   x {:.4}  y {:.4}  theta {:.4}",
-            ratio.m11, ratio.m22, ratio.m33,
-        )?;
-        writeln!(
-            f,
-            "  covariances differ by {:.2} % at most, in exponential coordinates by {:.2} %",
-            100.0 * self.difference(),
-            100.0 * self.exponential_difference()
-        )
-    }
 }
 
 #[cfg(test)]
