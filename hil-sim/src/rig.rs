@@ -377,7 +377,7 @@ impl Rig {
                 .fault
                 .map_or("none", |fault| fault.name())
                 .to_owned(),
-            steer: steers.then(|| f64::from(snapshot.steering - offset)),
+            steer: steers.then(|| f64::from(snapshot.steering() - offset)),
             true_steer: steers.then(|| self.plant.steering()),
             front_left_count: fronts[0],
             front_right_count: fronts[1],
