@@ -35,14 +35,14 @@ fn a_move_ends_where_it_should_and_straight_ahead() {
                 assert!(told(&bench, "! move done"), "{robot} {seed}");
                 let [ahead, aside, turned] = from(start, path[path.len() - 1]);
                 println!("{robot} {seed} {distance}: {ahead:.5} {aside:.5} {turned:.3}");
-                // Creep of the driven wheels and counts: 0.5 mm. The heading: the potentiometer's last digit is 0.05°, which turns a tricycle of 0.15 m by
+                // Creep of the driven wheels, and the gears' backlash, which is 0.3° or 1 mm of a wheel of 0.4 m: 1.5 mm. The heading: the potentiometer's last digit is 0.05°, which turns a tricycle of 0.15 m by
                 // 0.3° in a metre, and its aside is half of that.
-                assert!((ahead - distance).abs() < 5e-4, "{robot} {seed}: {ahead}");
+                assert!((ahead - distance).abs() < 1.5e-3, "{robot} {seed}: {ahead}");
                 assert!(turned.abs() < 0.5, "{robot} {seed}: {turned}");
                 assert!(aside.abs() < 5e-3, "{robot} {seed}: {aside}");
                 // Never beyond it, and at rest in the end.
                 let farthest = path.iter().map(|truth| from(start, *truth)[0] / distance);
-                assert!(farthest.fold(0.0, f64::max) < 1.0 + 1e-3);
+                assert!(farthest.fold(0.0, f64::max) < 1.0 + 1.5e-3);
                 assert!(path[path.len() - 1].speed.abs() < 1e-3);
             }
         }

@@ -7,7 +7,7 @@ use super::{
     Counter, Drive, Encoder, GAINS, Influence, Motion, OutputError, Twist, VirtualVehicle, Wheel,
     WheelCommand, observer::Observers, servo,
 };
-use crate::math::{limit, sign, sqrt};
+use crate::math::{limit, sign, sin_cos, sqrt};
 use core::f32::consts::FRAC_PI_2;
 use embedded_hal_02::Qei;
 pub use geometry::{Geometry, Steered};
@@ -162,7 +162,8 @@ where
         if max >= ASIDE {
             f32::INFINITY
         } else {
-            libm::tanf(max) / self.geometry.wheel_base()
+            let (sin, cos) = sin_cos(max);
+            sin / (cos * self.geometry.wheel_base())
         }
     }
 
