@@ -33,7 +33,17 @@ fn robots_lists_the_four_robots_with_a_description_each() {
         assert!(description.trim().len() > 20, "{line}");
         names.push(name);
     }
-    assert_eq!(names, ["default", "uncalibrated", "ideal", "robuter"]);
+    let presets = [
+        "default",
+        "uncalibrated",
+        "ideal",
+        "robuter",
+        "increments",
+        "synchro",
+        "tricycle",
+        "cycab",
+    ];
+    assert_eq!(names, presets);
 }
 
 #[test]
@@ -208,7 +218,7 @@ fn ones_own_robot_runs() {
 #[test]
 fn an_unknown_robot_is_refused_with_the_names_of_the_known() {
     let told = Desk::new("0 m 1\n").refuses("run a.script --robot nobody");
-    for name in ["nobody", "default", "uncalibrated", "ideal", "robuter"] {
+    for name in ["nobody", "default", "robuter", "increments", "cycab"] {
         assert!(told.contains(name), "{told}");
     }
 }
