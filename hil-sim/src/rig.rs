@@ -260,6 +260,12 @@ impl Rig {
         self.attend();
     }
 
+    /// One period in which the board does nothing: it is in reset, or hangs. The plant moves on, and motor controllers hear nothing.
+    pub fn tick_without_board(&mut self) {
+        self.advance_plant();
+        self.now = time::after(self.now, PERIOD);
+    }
+
     /// Idle does what time there is for.
     fn attend(&mut self) {
         for _ in 0..STORE_STEPS {

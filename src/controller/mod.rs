@@ -425,7 +425,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             self.rest(supply)
         } else {
             self.motors = Motors::Driving;
-            self.drive(supply, elapsed.steps)
+            // A tick that is not due yet was driven for by the last one. One that was missed is not made up for at once: what the reference has gone in it
+            // is an error now, and is taken out as one.
+            self.drive(supply, if steps > 0 { period } else { 0.0 })
         };
         if driven.is_err() {
             self.trip(Fault::Output, Place::Base);
@@ -466,7 +468,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
     }
 
-    fn drive(&mut self, supply: f32, steps: u32) -> Result<(), OutputError> {
+    fn drive(&mut self, supply: f32, dt: f32) -> Result<(), OutputError> {
         let config = &self.config;
         let period = self.period;
         let speed = if self.vehicle.steers() {
@@ -481,9 +483,6 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation: self.translation.acceleration(),
             rotation: self.rotation.acceleration(),
         };
-        // A tick that is not due yet was driven for by the last one. One that was missed is not made up for at once: what the reference has gone in it is an
-        // error now, and is taken out as one.
-        let dt = if steps > 0 { period } else { 0.0 };
         self.vehicle.drive(speed, acceleration, supply, dt)
     }
 

@@ -83,6 +83,8 @@ where
     front_observers: Observers<2>,
     /// Where the wheels are to point while the car is all but at rest, rad.
     aim: f32,
+    /// The reference sets out from here: only where it goes matters, not what it is corrected by, or the wheels would never point where they should.
+    sets_out: bool,
     duty: [f32; 2],
 }
 
@@ -121,6 +123,7 @@ where
             rear_observers: Observers::new(config.observer_bandwidth),
             front_observers: Observers::new(config.observer_bandwidth),
             aim: 0.0,
+            sets_out: false,
             duty: [0.0; 2],
         };
         vehicle.configure(config);
@@ -269,7 +272,9 @@ where
     }
 
     fn prepare(&mut self, present: Twist, next: Twist) -> bool {
-        if present.translation.abs() > CRAWL {
+        let crawls = present.translation.abs() <= CRAWL;
+        self.sets_out = crawls && next != Twist::ZERO;
+        if !crawls {
             return true;
         }
         self.aim = self.angle_for(next);
@@ -354,7 +359,7 @@ where
         supply: f32,
         dt: f32,
     ) -> Result<(), OutputError> {
-        if speed.translation.abs() > CRAWL {
+        if !self.sets_out && speed.translation.abs() > CRAWL {
             self.aim = self.angle_for(speed);
         }
         self.helm.steer(self.aim, dt)?;

@@ -55,6 +55,8 @@ where
     observer: Observers<1>,
     /// Where the wheel is to point while the vehicle is all but at rest, rad.
     aim: f32,
+    /// The reference sets out from here: only where it goes matters, not what it is corrected by, or the wheels would never point where they should.
+    sets_out: bool,
     duty: f32,
 }
 
@@ -74,6 +76,7 @@ where
             geometry: Geometry::new(config.wheel_base),
             observer: Observers::new(config.observer_bandwidth),
             aim: 0.0,
+            sets_out: false,
             duty: 0.0,
         };
         vehicle.configure(config);
@@ -172,7 +175,9 @@ where
     }
 
     fn prepare(&mut self, present: Twist, next: Twist) -> bool {
-        if self.pace(present) > CRAWL {
+        let crawls = self.pace(present) <= CRAWL;
+        self.sets_out = crawls && next != Twist::ZERO;
+        if !crawls {
             return true;
         }
         self.aim = self.angle_for(next);
@@ -223,7 +228,7 @@ where
         supply: f32,
         dt: f32,
     ) -> Result<(), OutputError> {
-        if self.pace(speed) > CRAWL {
+        if !self.sets_out && self.pace(speed) > CRAWL {
             self.aim = self.angle_for(speed);
         }
         self.helm.steer(self.aim, dt)?;
