@@ -4,21 +4,22 @@ use crate::journey::journey;
 use crate::options::{Every, Told};
 use anyhow::{Context, Result};
 use clap::Args;
-use hil_sim::calibrate::{Fixes, Learner, Point, Verdict, set_calibration, verdict};
+use hil_sim::calibrate::{
+    Fixes, Learner, NamedGain, Point, Verdict, named_gains, set_calibration, verdict,
+};
 use hil_sim::plot;
 use hil_sim::replay::{Errors, Log};
 use hil_sim::statistics::CHI_SQUARE_3_99;
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use vehicle_controller::params::{Id, Params, degrees};
-use vehicle_controller::vehicle::gains::OFFSET;
+use vehicle_controller::params::Params;
 
 /// What to calibrate on, and how.
 #[derive(Args)]
 pub struct Options {
-    /// Logs to calibrate on, one after another (CSV with columns t,left,right,x,y,theta: counts since the row before, and the truth), or scripts, which are run
-    /// first
+    /// Logs to calibrate on, one after another (CSV with columns t,left,right,x,y,theta, or of vehicles that steer t,drive,steer,x,y,theta and
+    /// t,left,right,steer,x,y,theta: counts since the row before, the steering angle in rad, and the truth), or scripts, which are run first
     #[arg(required = true, value_name = "LOG.csv|SCRIPT")]
     journeys: Vec<PathBuf>,
     /// Logs or scripts to test the result on; they are not learned from
@@ -75,8 +76,9 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         .map(|log| log.name.chars().count());
     let width = names.max().unwrap_or_default().max(12);
     let mut text = heading(options, &fixes);
-    let names: Vec<_> = places(&params)
-        .map(|(_, name, _)| format!("{name:21}"))
+    let names: Vec<_> = named_gains(&params)
+        .iter()
+        .map(|gain| format!("{:21}", gain.name))
         .collect();
     writeln!(
         text,
@@ -130,7 +132,7 @@ pub fn calibrate_command(options: &Options) -> Result<()> {
         let title = format!("Calibration of {}", options.told.robot);
         let last = others.last().or(own.last());
         let shown = last.map(|verdict| (&verdict.before, &verdict.after));
-        plot::plot_convergence(learner.points(), shown, &title, picture)?;
+        plot::plot_convergence(learner.points(), &params, shown, &title, picture)?;
     }
     Ok(())
 }
@@ -151,35 +153,12 @@ fn heading(options: &Options, fixes: &Fixes) -> String {
     )
 }
 
-/// The places of the gains that a vehicle has, their names, and what one is in the parameter's unit.
-fn places(params: &Params) -> impl Iterator<Item = (usize, &'static str, f64)> {
-    let ids = params.gains().into_iter().enumerate();
-    ids.filter_map(|(place, id)| {
-        let unit = if place == OFFSET {
-            f64::from(degrees(1.0))
-        } else {
-            1.0
-        };
-        Some((place, name(id?), unit))
-    })
-}
-
-/// The theory's name of a gain.
-fn name(id: Id) -> &'static str {
-    match id {
-        Id::GainRight => "k_r",
-        Id::GainLeft => "k_l",
-        Id::GainBase => "k_b",
-        Id::GainDrive => "k_d",
-        other => other.spec().name,
-    }
-}
-
 fn gains(calibration: &vehicle_controller::vehicle::Calibration, params: &Params) -> String {
     let deviations = calibration.spread.deviations();
-    let words: Vec<_> = places(params)
-        .map(|(place, _, unit)| {
-            let (gain, deviation) = (calibration.gains[place], deviations[place]);
+    let words: Vec<_> = named_gains(params)
+        .iter()
+        .map(|NamedGain { place, unit, .. }| {
+            let (gain, deviation) = (calibration.gains[*place], deviations[*place]);
             let (gain, deviation) = (f64::from(gain) * unit, f64::from(deviation) * unit);
             format!("{gain:.5} ± {deviation:.5}")
         })
@@ -243,25 +222,21 @@ fn write_points(path: &Path, logs: &[Log], points: &[Point], params: &Params) ->
     let shown = || path.display().to_string();
     let mut writer = csv::Writer::from_path(path).with_context(shown)?;
     let mut header = vec!["t".to_owned(), "log".to_owned()];
-    header.extend(places(params).map(|(_, name, _)| name.to_owned()));
-    header.extend(
-        places(params)
-            .map(|(_, name, _)| name.replacen("k_", "sd_", 1))
-            .map(|name| {
-                if name.starts_with("sd_") {
-                    name
-                } else {
-                    format!("sd_{name}")
-                }
-            }),
-    );
+    let all = named_gains(params);
+    header.extend(all.iter().map(|gain| gain.name.to_owned()));
+    header.extend(all.iter().map(|gain| {
+        let short = gain.name.strip_prefix("k_").unwrap_or(gain.name);
+        format!("sd_{short}")
+    }));
     header.push("d2".to_owned());
     writer.write_record(header)?;
     for point in points {
         let mut record = vec![format!("{:.6}", point.t), logs[point.log].name.clone()];
         let deviations = point.deviations();
-        record.extend(places(params).map(|(i, _, unit)| format!("{:.8}", point.gains[i] * unit)));
-        record.extend(places(params).map(|(i, _, unit)| format!("{:.4e}", deviations[i] * unit)));
+        let value = |gain: &NamedGain| format!("{:.8}", point.gains[gain.place] * gain.unit);
+        record.extend(all.iter().map(value));
+        let deviation = |gain: &NamedGain| format!("{:.4e}", deviations[gain.place] * gain.unit);
+        record.extend(all.iter().map(deviation));
         record.push(
             point
                 .distance

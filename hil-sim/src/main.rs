@@ -128,7 +128,7 @@ struct Count {
 
 #[derive(Args)]
 struct Replay {
-    /// Logs: CSV with columns t,left,right (counts since the row before) and optionally x,y,theta
+    /// Logs: CSV with columns t,left,right (counts since the row before) and optionally x,y,theta; of vehicles that steer t,drive,steer or t,left,right,steer (rad)
     #[arg(required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]

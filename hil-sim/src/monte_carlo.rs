@@ -90,7 +90,7 @@ pub fn consistency_command(options: &Consistency) -> Result<()> {
 /// Many particles.
 #[derive(Args)]
 pub struct Propagate {
-    /// Logs (CSV with columns t,left,right and optionally x,y,theta), or scripts, which are run first
+    /// Logs (as `replay` takes them), or scripts, which are run first
     #[arg(required = true, value_name = "LOG.csv|SCRIPT")]
     journeys: Vec<PathBuf>,
     /// How many particles

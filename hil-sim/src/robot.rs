@@ -2,7 +2,7 @@
 
 use crate::motor_controller::ControllerParams;
 use crate::plant::{Chassis, Physics};
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -103,6 +103,24 @@ impl Robot {
         }
         let text = std::fs::read_to_string(path).with_context(|| name.to_owned())?;
         Self::parse(&text, name)
+    }
+
+    /// Nothing, for a differential drive.
+    ///
+    /// # Errors
+    /// That `what` is for differential drives only, for another vehicle.
+    pub fn ensure_differential(&self, what: &str) -> Result<()> {
+        ensure!(
+            self.params.vehicle() == Kind::Differential,
+            "{what} is for differential drives; this robot is a {}",
+            match self.params.vehicle() {
+                Kind::Differential => "differential drive",
+                Kind::Synchro => "synchro drive",
+                Kind::Tricycle => "tricycle",
+                Kind::BiSteerable => "car",
+            }
+        );
+        Ok(())
     }
 
     /// The names of the presets.

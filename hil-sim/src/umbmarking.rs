@@ -50,6 +50,7 @@ pub struct Options {
 /// Drives, calculates, learns, reports.
 pub fn umbmark_command(options: &Options) -> Result<()> {
     let robot = told(&options.robot, &options.set)?;
+    robot.ensure_differential("the square test")?;
     let fixes = Fixes {
         every: None,
         position: options.fix_position,

@@ -1,9 +1,11 @@
 //! Calibration: recorded counts and fixes of the pose through the whole controller, which learns its gains from them as it would on the floor.
 
 mod commands;
+mod named;
 mod verdict;
 
 pub use commands::{set_calibration, set_gains};
+pub use named::{NamedGain, named_gains};
 pub use verdict::{Verdict, verdict};
 
 use crate::peripherals::Harness;

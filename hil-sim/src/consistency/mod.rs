@@ -82,7 +82,7 @@ impl Plan {
 /// however many run at once.
 ///
 /// # Errors
-/// If the plan makes no sense, or an estimate claims to be exact.
+/// If the plan makes no sense, the robot is no differential drive, or an estimate claims to be exact.
 pub fn consistency(plan: &Plan, robot: &Robot, progress: &(dyn Fn() + Sync)) -> Result<Report> {
     consistency_of(plan, robot, robot, progress)
 }
@@ -98,6 +98,7 @@ pub fn consistency_of(
     progress: &(dyn Fn() + Sync),
 ) -> Result<Report> {
     plan.check()?;
+    robot.ensure_differential("the trial of the estimator on many bases")?;
     let trials = (0..plan.runs)
         .into_par_iter()
         .map(|index| {

@@ -4,77 +4,78 @@
 use std::path::Path;
 
 use anyhow::ensure;
-use vehicle_controller::vehicle::gains::{GainVector, of_each};
+use vehicle_controller::params::Params;
+use vehicle_controller::vehicle::gains::GainVector;
 
 use super::geometry::{Point, Rect};
 use super::panel::{Panel, Swatch, axis, legend, time_axis};
 use super::path::{self, Track};
 use super::scene::{GREY, Pen, Scene, pale};
 use super::{BLUE, ESTIMATE, PURPLE, TRUTH, new_figure};
-use crate::calibrate;
+use crate::calibrate::{self, named_gains};
 use crate::replay::Replay;
 
-/// A number that is learned: a weighted sum of the gains.
+/// A number that is learned: a weighted sum of the gains, in its parameter's unit.
 struct Learned {
-    name: &'static str,
-    /// Of k_r, k_l and k_b.
-    weights: [f64; 3],
+    name: String,
+    weights: GainVector,
 }
 
-/// k_d is what the wheels have in common; then the gains.
-const LEARNED: [Learned; 4] = [
-    Learned {
-        name: "k_d = (k_r + k_l)/2",
-        weights: [0.5, 0.5, 0.0],
-    },
-    Learned {
-        name: "k_r",
-        weights: [1.0, 0.0, 0.0],
-    },
-    Learned {
-        name: "k_l",
-        weights: [0.0, 1.0, 0.0],
-    },
-    Learned {
-        name: "k_b",
-        weights: [0.0, 0.0, 1.0],
-    },
-];
+/// The gains of this vehicle; before those of two wheels k_d, which is what they have in common.
+fn learned_by(params: &Params) -> Vec<Learned> {
+    let gains: Vec<_> = named_gains(params);
+    let sum = |name: String, parts: &[(usize, f64)]| {
+        let mut weights = GainVector::zeros();
+        for (place, weight) in parts {
+            weights[*place] = *weight;
+        }
+        Learned { name, weights }
+    };
+    let two_wheels = gains.iter().any(|gain| gain.name == "k_l");
+    let common = two_wheels.then(|| sum("k_d = (k_r + k_l)/2".into(), &[(0, 0.5), (1, 0.5)]));
+    let each = gains.iter().map(|gain| {
+        let name = match gain.id.spec().unit {
+            "-" => gain.name.to_owned(),
+            unit => format!("{} [{unit}]", gain.name),
+        };
+        sum(name, &[(gain.place, gain.unit)])
+    });
+    common.into_iter().chain(each).collect()
+}
+
 const VALUE: Pen = Pen::solid(BLUE, 2.0);
 /// Room for the labels of an x axis, pixels.
 const LABELS: f64 = 52.0;
 
 impl Learned {
-    fn weights(&self) -> GainVector {
-        of_each(self.weights, 0.0).into()
-    }
-
     fn value(&self, point: &calibrate::Point) -> f64 {
-        self.weights().dot(&GainVector::from(point.gains))
+        self.weights.dot(&GainVector::from(point.gains))
     }
 
     fn deviation(&self, point: &calibrate::Point) -> f64 {
-        let weights = self.weights();
-        weights.dot(&(point.covariance * weights)).max(0.0).sqrt()
+        let variance = self.weights.dot(&(point.covariance * self.weights));
+        variance.max(0.0).sqrt()
     }
 }
 
-/// Draws how the gains converge, with ± 2 standard deviations, and beside that a log's path before and after.
+/// Draws how the gains of a vehicle with these parameters converge, with ± 2 standard deviations, and beside that a log's path before and after.
 ///
 /// # Errors
 ///
 /// No point, numbers that are not finite, a file name that ends neither in `.svg` nor in `.png`, or a file that cannot be written.
 pub fn plot_convergence(
     points: &[calibrate::Point],
+    params: &Params,
     replays: Option<(&Replay, &Replay)>,
     title: &str,
     path: &Path,
 ) -> anyhow::Result<()> {
-    convergence_scene(points, replays, title)?.save(path)
+    convergence_scene(points, params, replays, title)?.save(path)
 }
 
 pub(super) fn convergence_scene(
     points: &[calibrate::Point],
+    params: &Params,
     replays: Option<(&Replay, &Replay)>,
     title: &str,
 ) -> anyhow::Result<Scene> {
@@ -82,8 +83,9 @@ pub(super) fn convergence_scene(
         !points.is_empty(),
         "nothing was learned that could be drawn"
     );
+    let all = learned_by(params);
     for point in points {
-        let numbers = LEARNED
+        let numbers = all
             .iter()
             .flat_map(|l| [l.value(point), l.deviation(point)]);
         ensure!(
@@ -106,8 +108,8 @@ pub(super) fn convergence_scene(
     ];
     let place = Rect::new(784.0, 52.0, 1376.0, 998.0);
     let top = legend(&mut scene, (place.x0, place.x1), place.y0, &entries);
-    let height = (place.y1 - top) / LEARNED.len() as f64;
-    for (index, learned) in LEARNED.iter().enumerate() {
+    let height = (place.y1 - top) / all.len() as f64;
+    for (index, learned) in all.iter().enumerate() {
         let y0 = top + index as f64 * height;
         let rect = Rect::new(place.x0, y0, place.x1, y0 + height - LABELS);
         draw(&mut scene, rect, learned, points);
@@ -181,7 +183,7 @@ fn draw(scene: &mut Scene, rect: Rect, learned: &Learned, points: &[calibrate::P
     let mut area = clipped(1.0);
     area.extend(clipped(-1.0).into_iter().rev());
     scene.area(area, BLUE, 0.25);
-    panel.axes(scene, "time of the logs t [s]", learned.name, false);
+    panel.axes(scene, "time of the logs t [s]", &learned.name, false);
     for pair in points.windows(2) {
         if pair[0].log != pair[1].log {
             let ends = [panel.y.0, panel.y.1].map(|y| (pair[1].t, y));

@@ -3,6 +3,8 @@ use std::path::PathBuf;
 
 use nalgebra::Matrix3;
 
+use vehicle_controller::params::Params;
+use vehicle_controller::vehicle::Kind;
 use vehicle_controller::vehicle::gains::{GainMatrix, of_each};
 
 use super::cloud::cloud_scene;
@@ -248,7 +250,10 @@ fn texts_neither_overlap_nor_leave_the_figure() {
         }
     }
     for points in [learned(1), learned(500)] {
-        check_texts(&convergence_scene(&points, None, title).unwrap());
+        for vehicle in [Kind::Differential, Kind::BiSteerable] {
+            let params = Params::of(vehicle);
+            check_texts(&convergence_scene(&points, &params, None, title).unwrap());
+        }
     }
     for size in [1e-3, 0.3] {
         check_texts(&returns_scene(&returned(size), title).unwrap());
@@ -285,6 +290,46 @@ fn learned(count: usize) -> Vec<crate::calibrate::Point> {
         }
     };
     (0..count).map(point).collect()
+}
+
+#[test]
+fn each_vehicle_shows_the_gains_it_has() {
+    for (vehicle, names) in [
+        (
+            Kind::Differential,
+            &["k_d = (k_r + k_l)/2", "k_r", "k_l", "k_b"][..],
+        ),
+        (Kind::Synchro, &["k_d", "gain_turn", "turn_drift [deg/m]"]),
+        (Kind::Tricycle, &["k_d", "k_b", "steer_offset [deg]"]),
+        (
+            Kind::BiSteerable,
+            &[
+                "k_d = (k_r + k_l)/2",
+                "k_r",
+                "k_l",
+                "k_b",
+                "steer_offset [deg]",
+            ],
+        ),
+    ] {
+        let bytes = write("gains.svg", |path| {
+            plot_convergence(&learned(3), &Params::of(vehicle), None, "", path)
+        });
+        let text = String::from_utf8(bytes).unwrap().replace('\n', "");
+        for name in [
+            "k_d = (k_r + k_l)/2",
+            "k_r",
+            "k_l",
+            "k_b",
+            "k_d",
+            "gain_turn",
+            "turn_drift [deg/m]",
+            "steer_offset [deg]",
+        ] {
+            let is_shown = text.contains(&format!(">{name}<"));
+            assert_eq!(is_shown, names.contains(&name), "{vehicle:?} {name}");
+        }
+    }
 }
 
 #[test]
@@ -440,11 +485,17 @@ fn bad_requests_are_refused() {
         "path `short` has 600 estimated poses but 599 covariances"
     );
     assert!(plot_replay(&[], "", Path::new("a.svg")).is_err());
-    assert!(plot_convergence(&[], None, "", Path::new("a.svg")).is_err());
+    assert!(plot_convergence(&[], &Params::default(), None, "", Path::new("a.svg")).is_err());
     let mut points = learned(3);
     points[1].gains[2] = f64::NAN;
     assert_eq!(
-        message(plot_convergence(&points, None, "", Path::new("a.svg"))),
+        message(plot_convergence(
+            &points,
+            &Params::default(),
+            None,
+            "",
+            Path::new("a.svg")
+        )),
         "at 2 s there is a gain that is not finite"
     );
 }
