@@ -268,3 +268,135 @@ impl MotorController {
         self.output = BridgeInput::Duty(duty.clamp(-1.0, 1.0));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::peripherals::{ControllerLine, Wires};
+    use std::rc::Rc;
+    use vehicle_controller::vehicle::{IncrementOutput, SpeedOutput};
+
+    const DT: f64 = 250e-6;
+
+    fn params() -> ControllerParams {
+        ControllerParams {
+            units_per_metre: [1000.0; 2],
+            counts_per_unit: 2.0,
+            period: 1e-3,
+            timeout: 0.1,
+            bandwidth: 100.0,
+            top_speed: 1000.0,
+            speed_gain: 2.0,
+            integral_gain: 10.0,
+            position_gain: 20.0,
+            dead_zone: 0.0,
+        }
+    }
+
+    fn controller() -> (MotorController, Rc<Wires>, ControllerLine) {
+        let wires = Rc::new(Wires::default());
+        let line = ControllerLine::new(Rc::clone(&wires), 1000.0);
+        (MotorController::new(&params()), wires, line)
+    }
+
+    /// A motor that follows its duty with a time constant of 50 ms and 1000 units/s at full duty: where it is after some seconds of orders, units.
+    fn run(
+        controller: &mut MotorController,
+        wires: &Wires,
+        (mut position, mut speed): (f64, f64),
+        seconds: f64,
+        mut order: impl FnMut(u32),
+    ) -> (f64, f64) {
+        for k in 0..(seconds * 1e3).round() as u32 {
+            order(k);
+            let counts = |position: f64| (2.0 * position).floor() as i64;
+            controller.listen(&wires.controller, counts(position));
+            for _ in 0..4 {
+                let wanted = match controller.step(counts(position), DT) {
+                    BridgeInput::Duty(duty) => 1000.0 * duty,
+                    // Free: it runs on.
+                    BridgeInput::Open => speed,
+                };
+                speed += (wanted - speed) * DT / 0.05;
+                position += speed * DT;
+            }
+        }
+        (position, speed)
+    }
+
+    #[test]
+    fn increments_are_followed_and_end_where_they_add_up_to() {
+        let (mut controller, wires, mut line) = controller();
+        // 100 units from where it stands, which is not where it was switched on.
+        let after = run(&mut controller, &wires, (37.0, 0.0), 1.0, |k| {
+            line.advance(i32::from(k < 100)).unwrap();
+        });
+        // A count is half a unit.
+        assert!((after.0 - 137.0).abs() < 1.0, "{after:?}");
+    }
+
+    #[test]
+    fn a_speed_is_kept_and_silence_stops_it() {
+        let (mut controller, wires, mut line) = controller();
+        let driven = run(&mut controller, &wires, (0.0, 0.0), 2.0, |_| {
+            line.set_speed(0.3).unwrap();
+        });
+        // 0.3 m/s are 300 units/s; the counts make the observed speed flicker by some per cent.
+        assert!((driven.1 - 300.0).abs() < 6.0, "{driven:?}");
+        // 0.1 s at that speed, and then a twentieth of a second's worth to run out.
+        let stopped = run(&mut controller, &wires, driven, 1.0, |_| {});
+        assert_eq!(controller.output(), BridgeInput::Duty(0.0));
+        let gone = stopped.0 - driven.0;
+        assert!((gone - 45.0).abs() < 3.0, "{gone}");
+    }
+
+    #[test]
+    fn what_is_off_is_free_at_once_and_begins_anew_where_it_is() {
+        let (mut controller, wires, mut line) = controller();
+        let there = run(&mut controller, &wires, (0.0, 0.0), 0.5, |_| {
+            line.advance(1).unwrap();
+        });
+        IncrementOutput::off(&mut line).unwrap();
+        controller.listen(&wires.controller, 0);
+        assert_eq!(controller.output(), BridgeInput::Open);
+        IncrementOutput::brake(&mut line).unwrap();
+        controller.listen(&wires.controller, 0);
+        assert_eq!(controller.output(), BridgeInput::Duty(0.0));
+        // Carried 200 units back, it stays there.
+        let carried = (there.0 - 200.0, 0.0);
+        let settled = run(&mut controller, &wires, carried, 0.2, |_| {
+            IncrementOutput::off(&mut line).unwrap();
+        });
+        let after = run(&mut controller, &wires, settled, 0.5, |_| {
+            line.advance(0).unwrap();
+        });
+        assert!((after.0 - carried.0).abs() < 1.0, "{after:?}");
+    }
+
+    #[test]
+    fn a_dead_one_does_nothing() {
+        let (mut controller, wires, mut line) = controller();
+        controller.set_dead(true);
+        let after = run(&mut controller, &wires, (0.0, 0.0), 0.5, |_| {
+            line.advance(1).unwrap();
+        });
+        assert_eq!(
+            (after, controller.output()),
+            ((0.0, 0.0), BridgeInput::Open)
+        );
+    }
+
+    #[test]
+    fn a_bad_value_is_named() {
+        assert_eq!(params().validate(), Ok(()));
+        let bad = |change: fn(&mut ControllerParams)| {
+            let mut params = params();
+            change(&mut params);
+            params.validate().unwrap_err()
+        };
+        assert!(bad(|p| p.units_per_metre[1] = 0.0).starts_with("units_per_metre = 0 "));
+        assert!(bad(|p| p.timeout = f64::NAN).starts_with("timeout = NaN "));
+        assert!(bad(|p| p.dead_zone = -1.0).starts_with("dead_zone = -1 "));
+        assert!(bad(|p| p.bandwidth = 600.0).starts_with("bandwidth = 600 "));
+    }
+}
