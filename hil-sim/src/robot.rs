@@ -10,7 +10,7 @@ use vehicle_controller::params::{Id, ParamError, Params};
 use vehicle_controller::vehicle::Kind;
 
 /// The robots that come with the simulator: name and file.
-const PRESETS: [(&str, &str); 7] = [
+const PRESETS: [(&str, &str); 8] = [
     ("default", include_str!("../robots/default.toml")),
     ("uncalibrated", include_str!("../robots/uncalibrated.toml")),
     ("ideal", include_str!("../robots/ideal.toml")),
@@ -18,6 +18,10 @@ const PRESETS: [(&str, &str); 7] = [
     ("synchro", include_str!("../robots/synchro.toml")),
     ("tricycle", include_str!("../robots/tricycle.toml")),
     ("cycab", include_str!("../robots/cycab.toml")),
+    (
+        "cycab-uncalibrated",
+        include_str!("../robots/cycab-uncalibrated.toml"),
+    ),
 ];
 
 /// How the wheels follow their commands.
