@@ -95,3 +95,66 @@ pub fn odometry(log: &Log, robot: &Robot, params: &Params, relation: Relation) -
     }
     Ok(replayed)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::replay::Row;
+
+    /// Two turns of a Cycab on a circle: its wheels' ways are known, as they lie on circles about the common centre.
+    #[test]
+    fn a_circle_tells_the_relations_apart() {
+        let robot = Robot::load("cycab").unwrap();
+        let (length, track, phi) = (1.2, 1.2, 0.35_f64);
+        let radius = 0.5 * length / phi.tan();
+        let metre = 4096.0 / (PI * 0.4);
+        let ways = [-0.5, 0.5].map(|side| (radius + side * track).hypot(0.5 * length));
+        let turned = 4.0 * PI;
+        let rows = (0..=1000).map(|index| {
+            let angle = turned * f64::from(index) * 1e-3;
+            Row {
+                t: f64::from(index) * 0.02,
+                counts: ways.map(|way| (way * angle * metre).round() as i64),
+                front: [0; 2],
+                steer: Some(phi),
+                truth: None,
+            }
+        });
+        let log = Log::recorded("circle".into(), rows).unwrap();
+        let end = |relation| {
+            let replayed = odometry(&log, &robot, &robot.params, relation).unwrap();
+            replayed.last().pose
+        };
+        // A count is 0.3 mm, and the base 1.2 m.
+        let exact = end(Relation::Exact);
+        assert!((exact.theta - turned).abs() < 1e-3, "{exact:?}");
+        assert!(exact.x.hypot(exact.y) < 5e-3, "{exact:?}");
+        // To the first order in B/ρ it is right to 1.0 % here.
+        let (shortened, plain) = (end(Relation::Shortened), end(Relation::Unshortened));
+        let printed = (ways[1] - ways[0]) / (track * phi.cos());
+        assert!((shortened.theta / turned - printed).abs() < 1e-3);
+        assert!((0.002..0.015).contains(&(printed - 1.0).abs()), "{printed}");
+        assert!((plain.theta / shortened.theta - phi.cos()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn on_a_straight_way_they_are_one() {
+        let robot = Robot::load("cycab").unwrap();
+        let rows = [0, 4096].map(|count| Row {
+            t: f64::from(count),
+            counts: [i64::from(count); 2],
+            front: [0; 2],
+            steer: Some(0.0),
+            truth: None,
+        });
+        let log = Log::recorded("straight".into(), rows).unwrap();
+        for relation in Relation::ALL {
+            let replayed = odometry(&log, &robot, &robot.params, relation).unwrap();
+            let pose = replayed.last().pose;
+            assert!((pose.x - 0.4 * PI).abs() < 1e-6, "{pose:?}");
+            assert_eq!((pose.y, pose.theta), (0.0, 0.0));
+        }
+        let tricycle = Robot::load("tricycle").unwrap();
+        assert!(odometry(&log, &tricycle, &tricycle.params, Relation::Exact).is_err());
+    }
+}
