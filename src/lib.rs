@@ -9,7 +9,7 @@
 //!                              └ two axes    translation, rotation: the same machine twice
 //! ```
 //!
-//! * [`vehicle`]: encoder counts to (ΔS, Δα), (v_s, v_α) to wheel speeds, wheel speeds to duty.
+//! * [`vehicle`]: encoder counts to (ΔS, Δα), (v_s, v_α) to wheel speeds, wheel speeds to duty. Differential drive, synchro drive, tricycle, bi-steerable car.
 //! * [`controller`]: odometry and the two axis machines, in terms of a virtual vehicle; the paper's interface procedures.
 //! * [`interpreter`]: the serial protocol.
 //! * [`params`]: what a base can be told of itself.
@@ -25,7 +25,7 @@
 //! use vehicle_controller::controller::{AxisCommand, Controller, Inputs, Interface};
 //! use vehicle_controller::params::Params;
 //! use vehicle_controller::time::{Duration, Instant};
-//! use vehicle_controller::vehicle::{DifferentialDrive, NoPin, Servo};
+//! use vehicle_controller::vehicle::{DifferentialDrive, NoPin, Servo, differential};
 //! # use std::convert::Infallible;
 //! # struct Counter;
 //! # impl embedded_hal_02::Qei for Counter {
@@ -48,7 +48,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let params = Params::default();
 //! let period = Duration::millis(1);
-//! let config = params.build(period);
+//! let config = params.build::<differential::Config>(period);
 //!
 //! let left = Servo::new(Pwm, Pin, NoPin, config.vehicle.servo[0])?;
 //! let right = Servo::new(Pwm, Pin, NoPin, config.vehicle.servo[1])?;

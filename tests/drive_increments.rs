@@ -9,8 +9,9 @@ use std::rc::Rc;
 use vehicle_controller::controller::{Action, Event};
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::supervisor::Fault;
-use vehicle_controller::vehicle::differential::Config;
-use vehicle_controller::vehicle::{Drive, OutputError, PositionIncrement, WheelCommand, servo};
+use vehicle_controller::vehicle::{
+    Drive, OutputError, PositionIncrement, WheelCommand, differential, servo,
+};
 
 /// What float64 itself rounds off in these tests' sums, units.
 const ROUNDING: f64 = 1e-6;
@@ -19,7 +20,7 @@ fn config(reversed: bool) -> servo::Config {
     servo::Config {
         reversed,
         ..Params::default()
-            .build::<Config>(driven::PERIOD)
+            .build::<differential::Config>(driven::PERIOD)
             .vehicle
             .servo[0]
     }
@@ -222,10 +223,20 @@ fn assert_all_sent(base: &Base<PositionIncrement<Wire>>) {
 
 /// The wheels stand where the translation and the rotation take them, to a unit.
 fn assert_stands(base: &Base<PositionIncrement<Wire>>, translation: f64, rotation: f64) {
+    assert_rests(base, translation, rotation, 1.0);
+}
+
+/// The same to so many units.
+fn assert_rests(
+    base: &Base<PositionIncrement<Wire>>,
+    translation: f64,
+    rotation: f64,
+    tolerance: f64,
+) {
     for (motor, side) in base.motors.iter().zip([-0.5, 0.5]) {
         let wanted = UNITS * (translation + side * BASE * rotation);
         let difference = motor.units.get() as f64 - wanted;
-        assert!(difference.abs() <= 1.0, "{difference} of {wanted}");
+        assert!(difference.abs() <= tolerance, "{difference} of {wanted}");
     }
 }
 
@@ -249,18 +260,14 @@ fn a_metre_and_a_quarter_turn_are_their_increments() {
     base.turn(FRAC_PI_2 as f32);
     assert_eq!(done(&base.run(1_700, assert_all_sent)), [0, 1]);
     assert_stands(&base, 1.0, FRAC_PI_2);
-    // It holds: the increments that are a unit off wait for the ones that take them back.
+    // It rests: nothing steps to and fro.
     let before = base.motors.each_ref().map(|motor| motor.steps.get());
     base.run(10_000, |base| {
         assert_all_sent(base);
         assert_stands(base, 1.0, FRAC_PI_2);
     });
     let after = base.motors.each_ref().map(|motor| motor.steps.get());
-    println!(
-        "steps in ten seconds of HOLD: {} {}",
-        after[0] - before[0],
-        after[1] - before[1]
-    );
+    assert_eq!(after, before);
     // Both at once, and back.
     base.go(-1.0);
     base.turn(-FRAC_PI_2 as f32);
@@ -274,18 +281,26 @@ fn ticks_that_come_twice_or_not_at_all_cost_no_increments_in_the_end() {
     base.go(1.0);
     let mut events = Vec::new();
     for k in 0..5_000 {
+        let is_double = matches!(k % 50, 10 | 20);
         match k % 50 {
             10 | 20 => base.delay(-1),
             40 => base.delay(2),
             _ => {}
         }
+        let before = base.motors.each_ref().map(|motor| motor.units.get());
         events.extend(base.tick());
         assert_all_sent(&base);
-        // A double tick sends its increment twice, which the axis takes back before the end.
-        assert!(base.motors.iter().all(|motor| motor.units.get() <= 10_001));
+        for (motor, before) in base.motors.iter().zip(before) {
+            let sent = motor.units.get() - before;
+            // At 0.3 m/s and a correction of 3 % at most, 3.1 units are due. What was missed is not sent in one.
+            assert!((0..=4).contains(&sent), "{sent}");
+            assert!(!is_double || sent == 0, "{sent}");
+        }
     }
     assert_eq!(done(&events), [1, 0]);
-    assert_stands(&base, 1.0, 0.0);
+    // The last tick that was missed is made up for as an error is, and a base rests within 0.3 mm, which are three units. The ticks that came twice would be
+    // hundreds.
+    assert_rests(&base, 1.0, 0.0, 4.0);
 }
 
 #[test]
@@ -365,16 +380,15 @@ fn an_encoder_the_wrong_way_round_is_found_without_a_motor_model() {
 }
 
 #[test]
-fn with_a_motor_model_every_motion_would_be_a_fault() {
-    let default = Params::default().get(Id::MotorSpeedGain);
-    let mut base = base(&[(Id::MotorSpeedGain, default)]);
+fn a_motor_model_is_not_held_against_duties_that_nobody_knows() {
+    // The default parameters have one, and with it a motion at 0.3 m/s and no duty would be a fault within a twentieth of a second.
+    let mut base = base(&[]);
+    assert!(base.config.supervision.motor.speed_gain > 0.0);
     base.go(1.0);
-    let events = base.run(1_000, |_| {});
-    println!("{events:?}");
-    assert!(
-        matches!(events[..], [Event::Fault(Fault::Mismatch, _), ..]),
-        "{events:?}"
-    );
+    assert_eq!(done(&base.run(1_000, |_| {})), [0, 0]);
+    let config = base.config;
+    base.request(Action::Configure(config));
+    assert_eq!(done(&base.run(3_100, assert_all_sent)), [1, 0]);
 }
 
 #[test]

@@ -7,14 +7,15 @@ use std::f64::consts::FRAC_PI_2;
 use std::rc::Rc;
 use vehicle_controller::controller::{Action, Event};
 use vehicle_controller::params::{Id, Params};
-use vehicle_controller::vehicle::differential::Config;
-use vehicle_controller::vehicle::{Drive, OutputError, WheelCommand, WheelSpeed, servo};
+use vehicle_controller::vehicle::{
+    Drive, OutputError, WheelCommand, WheelSpeed, differential, servo,
+};
 
 fn config(reversed: bool) -> servo::Config {
     servo::Config {
         reversed,
         ..Params::default()
-            .build::<Config>(driven::PERIOD)
+            .build::<differential::Config>(driven::PERIOD)
             .vehicle
             .servo[0]
     }

@@ -267,7 +267,7 @@ fn every_command_has_help_of_one_line() {
                 .collect::<Vec<_>>()
         })
         .collect();
-    assert_eq!(all.len(), 27);
+    assert_eq!(all.len(), 28);
     for name in [
         "move",
         "turn",

@@ -1,7 +1,11 @@
 //! Fakes of the peripherals: they implement the traits that the real ones implement, and meet the plant on shared wires.
 
+mod controller;
+mod drive;
 mod flash;
 
+pub use controller::{ControllerLine, ControllerWires, Order};
+pub use drive::FakeDrive;
 pub use flash::{FakeFlash, FlashError, Wear, stored};
 
 use crate::plant::BridgeInput;
@@ -15,8 +19,7 @@ use std::convert::Infallible;
 use std::rc::Rc;
 use vehicle_controller::time::Duration;
 use vehicle_controller::vehicle::{
-    Counter, Drive, OutputError, Servo, ServoSteering, Steering, Voltmeter, WheelCommand, servo,
-    steering,
+    Counter, OutputError, ServoSteering, Steering, Voltmeter, steering,
 };
 
 /// The wires of one wheel.
@@ -32,6 +35,10 @@ pub struct Wires {
     pub enabled: Cell<bool>,
     /// The speed that an ideal motor was told, m/s.
     pub speed: Cell<f32>,
+    /// What the motor's own controller was told, if it has one.
+    pub controller: ControllerWires,
+    /// What that one was asked for since the motor was last off: the integral of the commanded speed, m.
+    pub asked: Cell<f64>,
 }
 
 impl Wires {
@@ -173,73 +180,6 @@ impl OutputPin for FakePin {
     fn set_high(&mut self) -> Result<(), Infallible> {
         (self.level)(&self.wires).set(true);
         Ok(())
-    }
-}
-
-/// A motor: the real servo behind a bridge, or one that turns exactly as it is told.
-#[derive(Debug)]
-pub enum FakeDrive {
-    /// PWM, direction and enable, through the library's servo.
-    Bridge(Servo<FakePwm, FakePin, FakePin>),
-    /// Speeds are obeyed.
-    Ideal(Rc<Wires>),
-}
-
-impl FakeDrive {
-    /// A motor behind a bridge.
-    ///
-    /// # Errors
-    /// None: the fakes never refuse.
-    pub fn bridge(wires: Rc<Wires>, config: servo::Config) -> Result<Self, OutputError> {
-        let pwm = FakePwm(Rc::clone(&wires));
-        let direction = FakePin {
-            wires: Rc::clone(&wires),
-            level: |wires| &wires.forward,
-        };
-        let enable = FakePin {
-            wires,
-            level: |wires| &wires.enabled,
-        };
-        Ok(Self::Bridge(Servo::new(pwm, direction, enable, config)?))
-    }
-}
-
-impl Drive for FakeDrive {
-    fn configure(&mut self, config: &servo::Config) {
-        if let Self::Bridge(servo) = self {
-            servo.configure(config);
-        }
-    }
-
-    fn command(&mut self, command: WheelCommand, supply: f32, dt: f32) -> Result<f32, OutputError> {
-        match self {
-            Self::Bridge(servo) => servo.command(command, supply, dt),
-            Self::Ideal(wires) => {
-                wires.speed.set(command.speed);
-                Ok(0.0)
-            }
-        }
-    }
-
-    fn holds_load(&self) -> bool {
-        matches!(self, Self::Bridge(servo) if servo.holds_load())
-    }
-
-    fn brake(&mut self) -> Result<(), OutputError> {
-        match self {
-            Self::Bridge(servo) => servo.brake(),
-            Self::Ideal(_) => self.off(),
-        }
-    }
-
-    fn off(&mut self) -> Result<(), OutputError> {
-        match self {
-            Self::Bridge(servo) => servo.off(),
-            Self::Ideal(wires) => {
-                wires.speed.set(0.0);
-                Ok(())
-            }
-        }
     }
 }
 

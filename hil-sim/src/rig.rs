@@ -1,9 +1,10 @@
 //! The rig: plant, fake peripherals, the real controller and interpreter, and a serial line, all in one simulated time.
 
 use crate::faults::{Fault, FaultSet, FaultyLink};
-use crate::peripherals::{FakeFlash, Harness, converted};
+use crate::motor_controller::MotorController;
+use crate::peripherals::{FakeFlash, Harness, Wires, converted};
 use crate::plant::{BridgeInput, Command, Input, Plant, Push};
-use crate::robot::{Model, Robot};
+use crate::robot::{Drives, Model, Robot};
 use crate::trace::Row;
 use crate::vehicle::{Desk, Vehicle, steers, vehicle};
 use anyhow::{Result, bail};
@@ -30,6 +31,8 @@ pub struct Rig {
     plant: Plant,
     harness: Harness,
     faults: FaultSet,
+    /// Of the motors, if they have controllers of their own.
+    controllers: Option<[MotorController; 2]>,
     robot: Robot,
     ideal: bool,
     /// None if the battery is not measured.
@@ -64,6 +67,12 @@ impl Rig {
         let plant = Plant::new(&robot.physics, seed);
         let harness = Harness::default();
         let faults = FaultSet::new(&plant, seed);
+        let controllers = match &robot.drives {
+            Drives::Bridge => None,
+            Drives::Speed(params) | Drives::Increment(params) => {
+                Some([0, 1].map(|_| MotorController::new(params)))
+            }
+        };
         show(&harness, &plant, plant.counts());
         harness
             .steering
@@ -83,6 +92,7 @@ impl Rig {
             plant,
             harness,
             faults,
+            controllers,
             robot: robot.clone(),
             ideal,
             battery_divider,
@@ -164,6 +174,14 @@ impl Rig {
             Fault::Motor(..) | Fault::Battery(_) if self.ideal => {
                 bail!("this robot's wheels turn as they are told: no motor or battery can fail")
             }
+            Fault::Controller(side) => {
+                let Some(controllers) = &mut self.controllers else {
+                    bail!("this robot's motors have no controllers of their own");
+                };
+                for motor in side.wheels() {
+                    controllers[motor].set_dead(true);
+                }
+            }
             Fault::LinkCut => self.serial.set_cut(true),
             Fault::FlashCut(bytes) => self.cut_flash(bytes),
             fault => self.faults.inject(fault, &mut self.plant)?,
@@ -174,6 +192,9 @@ impl Rig {
     /// All that was wrong is well. The encoders count on from where they are.
     pub fn clear_faults(&mut self) {
         self.faults.clear(&mut self.plant);
+        for controller in self.controllers.iter_mut().flatten() {
+            controller.set_dead(false);
+        }
         self.serial.set_cut(false);
     }
 
@@ -189,7 +210,15 @@ impl Rig {
 
     /// What the drivers of the motors are told.
     pub fn bridges(&self) -> [BridgeInput; 2] {
-        self.harness.wheels.each_ref().map(|wires| wires.bridge())
+        match &self.controllers {
+            Some(controllers) => controllers.each_ref().map(MotorController::output),
+            None => self.harness.wheels.each_ref().map(|wires| wires.bridge()),
+        }
+    }
+
+    /// The wires of the wheels.
+    pub fn wires(&self) -> [&Wires; 2] {
+        self.harness.wheels.each_ref().map(|wires| &**wires)
     }
 
     /// The truth.
@@ -223,11 +252,18 @@ impl Rig {
         for event in self.controller.tick(time, &inputs) {
             self.interpreter.notify(*event);
         }
+        self.deliver();
         self.desk.update(self.controller.snapshot());
         while self.desk.work() {}
         self.interpret();
         self.interpreter.transmit_to(&mut self.serial);
         self.attend();
+    }
+
+    /// One period in which the board does nothing: it is in reset, or hangs. The plant moves on, and motor controllers hear nothing.
+    pub fn tick_without_board(&mut self) {
+        self.advance_plant();
+        self.now = time::after(self.now, PERIOD);
     }
 
     /// Idle does what time there is for.
@@ -256,13 +292,18 @@ impl Rig {
         } else {
             self.faults.bridges([left.bridge(), right.bridge()])
         };
-        let input = Input {
+        let mut input = Input {
             command,
             push,
             steering: self.harness.steering.pulse(),
         };
         let dt = PERIOD.ticks() as f64 * 1e-6 / f64::from(SUBSTEPS);
         for _ in 0..SUBSTEPS {
+            if let Some([first, second]) = &mut self.controllers {
+                let counts = self.plant.counts();
+                let told = [first.step(counts[0], dt), second.step(counts[1], dt)];
+                input.command = self.faults.bridges(told);
+            }
             self.plant.step(dt, &input);
         }
         let [left, right] = self.plant.counts();
@@ -271,6 +312,14 @@ impl Rig {
             self.faults.encoders[1].show(right),
         ];
         show(&self.harness, &self.plant, shown);
+    }
+
+    /// What the board has sent arrives at the motors' controllers.
+    fn deliver(&mut self) {
+        let counts = self.plant.counts();
+        for (motor, controller) in self.controllers.iter_mut().flatten().enumerate() {
+            controller.listen(&self.harness.wheels[motor].controller, counts[motor]);
+        }
     }
 
     fn interpret(&mut self) {
@@ -334,7 +383,7 @@ impl Rig {
                 .fault
                 .map_or("none", |fault| fault.name())
                 .to_owned(),
-            steer: steers.then(|| f64::from(snapshot.steering - offset)),
+            steer: steers.then(|| f64::from(snapshot.steering() - offset)),
             true_steer: steers.then(|| self.plant.steering()),
             front_left_count: fronts[0],
             front_right_count: fronts[1],

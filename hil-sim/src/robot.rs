@@ -1,5 +1,6 @@
 //! Robots: what they truly are, and what their controller believes of them. One TOML file each.
 
+use crate::motor_controller::ControllerParams;
 use crate::plant::{Chassis, Physics};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde::Deserialize;
@@ -10,11 +11,12 @@ use vehicle_controller::params::{Id, ParamError, Params};
 use vehicle_controller::vehicle::Kind;
 
 /// The robots that come with the simulator: name and file.
-const PRESETS: [(&str, &str); 8] = [
+const PRESETS: [(&str, &str); 9] = [
     ("default", include_str!("../robots/default.toml")),
     ("uncalibrated", include_str!("../robots/uncalibrated.toml")),
     ("ideal", include_str!("../robots/ideal.toml")),
     ("robuter", include_str!("../robots/robuter.toml")),
+    ("increments", include_str!("../robots/increments.toml")),
     ("synchro", include_str!("../robots/synchro.toml")),
     ("tricycle", include_str!("../robots/tricycle.toml")),
     ("cycab", include_str!("../robots/cycab.toml")),
@@ -34,11 +36,35 @@ pub enum Model {
     Ideal,
 }
 
+/// What the board has between itself and the motors.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Drives {
+    /// Bridges, which the board's own servos drive.
+    Bridge,
+    /// Motor controllers that take speeds.
+    Speed(ControllerParams),
+    /// Motor controllers that take position increments.
+    Increment(ControllerParams),
+}
+
+/// The same, as a file says it.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum DriveName {
+    #[default]
+    Bridge,
+    Speed,
+    Increment,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     description: String,
     model: Model,
+    #[serde(default)]
+    drive: DriveName,
+    controller: Option<ControllerParams>,
     counter_bits: Spanned<u32>,
     physics: Physics,
     #[serde(default)]
@@ -52,6 +78,8 @@ pub struct Robot {
     pub description: String,
     /// How the wheels follow.
     pub model: Model,
+    /// What drives the motors of a dynamic one.
+    pub drives: Drives,
     /// Encoder counters have 16 bits, not 32.
     pub narrow_counters: bool,
     /// What it truly is.
@@ -125,6 +153,10 @@ impl Robot {
             let at = place(text, &format!("physics.{key}")).map_or(1, line);
             anyhow!("{name}:{at}: {error}")
         })?;
+        let drives = drives(file.model, file.drive, file.controller).map_err(|(key, error)| {
+            let at = place(text, key).map_or(1, line);
+            anyhow!("{name}:{at}: {error}")
+        })?;
         let vehicle = match file.physics.chassis {
             Chassis::Differential => Kind::Differential,
             Chassis::Synchro(_) => Kind::Synchro,
@@ -151,11 +183,45 @@ impl Robot {
         Ok(Self {
             description: file.description,
             model: file.model,
+            drives,
             narrow_counters: bits == 16,
             physics: file.physics,
             params,
         })
     }
+}
+
+/// What drives the motors; otherwise the key that is wrong, and how.
+fn drives(
+    model: Model,
+    drive: DriveName,
+    controller: Option<ControllerParams>,
+) -> Result<Drives, (&'static str, String)> {
+    let controller = match (drive, controller) {
+        (DriveName::Bridge, None) => return Ok(Drives::Bridge),
+        (DriveName::Bridge, Some(_)) => {
+            let error =
+                "a bridge has no controller of its own: drive is \"speed\" or \"increment\"";
+            return Err(("controller", error.to_owned()));
+        }
+        (_, None) => {
+            let error = "a motor controller needs its section [controller]";
+            return Err(("drive", error.to_owned()));
+        }
+        (_, Some(_)) if model == Model::Ideal => {
+            let error = "the wheels of an ideal robot turn as they are told: it has no motors";
+            return Err(("drive", error.to_owned()));
+        }
+        (_, Some(controller)) => controller,
+    };
+    if let Err(error) = controller.validate() {
+        return Err(("controller", format!("controller.{error}")));
+    }
+    Ok(if drive == DriveName::Speed {
+        Drives::Speed(controller)
+    } else {
+        Drives::Increment(controller)
+    })
 }
 
 /// Where the value of a dotted key begins.
@@ -192,6 +258,58 @@ mod tests {
         for name in Robot::presets() {
             Robot::load(name).unwrap();
         }
+    }
+
+    #[test]
+    fn motor_controllers_come_with_their_section_and_with_motors() {
+        let preset = |name: &str| PRESETS.iter().find(|preset| preset.0 == name).unwrap().1;
+        let (bridge, increments) = (preset("default"), preset("increments"));
+        let dynamic = "model = \"dynamic\"";
+        for (text, from, to, message) in [
+            (
+                bridge,
+                dynamic,
+                "model = \"dynamic\"\ndrive = \"speed\"",
+                ":6: a motor controller needs its section [controller]",
+            ),
+            (
+                increments,
+                "drive = \"increment\"",
+                "",
+                ": a bridge has no controller of its own",
+            ),
+            (
+                increments,
+                dynamic,
+                "model = \"ideal\"",
+                ": the wheels of an ideal robot turn as they are told",
+            ),
+            (
+                increments,
+                "timeout = 0.1",
+                "timeout = 0.0",
+                ": controller.timeout = 0 must be positive and finite",
+            ),
+            (
+                increments,
+                "timeout = 0.1",
+                "time = 0.1",
+                ": unknown field `time`",
+            ),
+            (
+                increments,
+                "drive = \"increment\"",
+                "drive = \"torque\"",
+                ": unknown variant `torque`",
+            ),
+        ] {
+            assert!(text.contains(from), "{from}");
+            let error = Robot::parse(&text.replacen(from, to, 1), "r.toml").unwrap_err();
+            assert!(error.to_string().contains(message), "{error}");
+        }
+        let speed = increments.replacen("\"increment\"", "\"speed\"", 1);
+        let speed = Robot::parse(&speed, "r.toml").unwrap();
+        assert!(matches!(speed.drives, Drives::Speed(_)));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The vehicles of the simulated robots, on fake peripherals: any of the library's.
 
 use crate::peripherals::{FakeDrive, FakeQei, FakeSteering, Harness, Wires};
-use crate::robot::{Model, Robot};
+use crate::robot::{Drives, Model, Robot};
 use anyhow::Result;
 use std::rc::Rc;
 use vehicle_controller::controller::Interface;
@@ -69,11 +69,17 @@ pub fn steers(vehicle: Kind) -> bool {
 pub fn vehicle(harness: &Harness, robot: &Robot, params: &Params) -> Result<Vehicle> {
     let qei = |wires: &Rc<Wires>| FakeQei::new(Rc::clone(wires), robot.narrow_counters);
     let [left, right] = &harness.wheels;
-    let drive = |wires: &Rc<Wires>, servo| -> Result<FakeDrive> {
-        let wires = Rc::clone(wires);
-        Ok(match robot.model {
-            Model::Dynamic => FakeDrive::bridge(wires, servo)?,
-            Model::Ideal => FakeDrive::Ideal(wires),
+    let drive = |motor: usize, servo| -> Result<FakeDrive> {
+        let wires = Rc::clone(&harness.wheels[motor]);
+        Ok(match (robot.model, &robot.drives) {
+            (Model::Ideal, _) => FakeDrive::Ideal(wires),
+            (Model::Dynamic, Drives::Bridge) => FakeDrive::bridge(wires, servo)?,
+            (Model::Dynamic, Drives::Speed(params)) => {
+                FakeDrive::speed(wires, params.units_per_metre[motor], servo)?
+            }
+            (Model::Dynamic, Drives::Increment(params)) => {
+                FakeDrive::increment(wires, params.units_per_metre[motor], servo)?
+            }
         })
     };
     let config = Configuration::build(params);
@@ -81,20 +87,20 @@ pub fn vehicle(harness: &Harness, robot: &Robot, params: &Params) -> Result<Vehi
         Configuration::Differential(config) => Vehicle::Differential(DifferentialDrive::new(
             qei(left),
             qei(right),
-            drive(left, config.servo[0])?,
-            drive(right, config.servo[1])?,
+            drive(0, config.servo[0])?,
+            drive(1, config.servo[1])?,
             config,
         )),
         Configuration::Synchro(config) => Vehicle::Synchro(Synchro::new(
             qei(left),
             qei(right),
-            drive(left, config.servo[0])?,
-            drive(right, config.servo[1])?,
+            drive(0, config.servo[0])?,
+            drive(1, config.servo[1])?,
             config,
         )),
         Configuration::Tricycle(config) => Vehicle::Tricycle(Tricycle::new(
             qei(left),
-            drive(left, config.servo)?,
+            drive(0, config.servo)?,
             FakeSteering::new(&harness.steering, &config.steering)?,
             config,
         )),
@@ -104,8 +110,8 @@ pub fn vehicle(harness: &Harness, robot: &Robot, params: &Params) -> Result<Vehi
                 qei(left),
                 qei(right),
                 Some((qei(front_left), qei(front_right))),
-                drive(left, config.servo[0])?,
-                drive(right, config.servo[1])?,
+                drive(0, config.servo[0])?,
+                drive(1, config.servo[1])?,
                 FakeSteering::new(&harness.steering, &config.steering)?,
                 config,
             )))
@@ -188,6 +194,10 @@ impl VirtualVehicle for Vehicle {
 
     fn holds_load(&self) -> bool {
         any!(self, vehicle => vehicle.holds_load())
+    }
+
+    fn knows_duty(&self) -> bool {
+        any!(self, vehicle => vehicle.knows_duty())
     }
 
     fn drive(

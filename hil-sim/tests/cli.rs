@@ -33,10 +33,18 @@ fn robots_lists_the_robots_with_a_description_each() {
         assert!(description.trim().len() > 20, "{line}");
         names.push(name);
     }
-    let of_two_wheels = ["default", "uncalibrated", "ideal", "robuter"];
-    assert_eq!(names[..4], of_two_wheels);
-    let others = ["synchro", "tricycle", "cycab", "cycab-uncalibrated"];
-    assert_eq!(names[4..8], others);
+    let presets = [
+        "default",
+        "uncalibrated",
+        "ideal",
+        "robuter",
+        "increments",
+        "synchro",
+        "tricycle",
+        "cycab",
+        "cycab-uncalibrated",
+    ];
+    assert_eq!(names, presets);
 }
 
 #[test]
@@ -211,7 +219,7 @@ fn ones_own_robot_runs() {
 #[test]
 fn an_unknown_robot_is_refused_with_the_names_of_the_known() {
     let told = Desk::new("0 m 1\n").refuses("run a.script --robot nobody");
-    for name in ["nobody", "default", "uncalibrated", "ideal", "robuter"] {
+    for name in ["nobody", "default", "robuter", "increments", "cycab"] {
         assert!(told.contains(name), "{told}");
     }
 }

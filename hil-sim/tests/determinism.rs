@@ -92,7 +92,7 @@ fn another_seed_is_another_run_of_robuter() {
 
 #[test]
 fn the_robots_drive_differently() {
-    let names = ["default", "uncalibrated", "ideal", "robuter"];
+    let names = ["default", "uncalibrated", "ideal", "robuter", "increments"];
     let runs = names.map(|name| run(name, "7", &[]));
     for (k, one) in runs.iter().enumerate() {
         assert!(

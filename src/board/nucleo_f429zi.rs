@@ -12,6 +12,14 @@
 //! | blue button | PC13 | on board | stops |
 //! | LEDs | PB0, PB7, PB14 | on board | green: alive, blue: a motor is driven, red: fault |
 //! | serial | PD8, PD9 | ST-LINK's USB | USART3, 115 200 baud |
+//!
+//! Other vehicles than the differential drive (`vehicle/`) have the same motors and encoders, with another meaning, and may have:
+//!
+//! | signal | pin | connector | |
+//! |---|---|---|---|
+//! | steering servo | PC8 | CN8-2 | TIM8 CH3, a pulse every 20 ms |
+//! | steering potentiometer | PC2 | CN10-9 | ADC1 |
+//! | steering encoder A, B of a car | PA15, PB3 | CN7-9, CN7-15 | TIM2, pull-ups and input filter on; a tricycle's is the right encoder |
 
 mod fault;
 mod flash;

@@ -39,7 +39,8 @@ pub use snapshot::{AxisSnapshot, Snapshot};
 
 use crate::supervisor::{Fault, Place, Supervisor};
 use crate::time::{self, Instant};
-use crate::vehicle::{Motion, Twist, VirtualVehicle};
+use crate::vehicle::gains::OFFSETS;
+use crate::vehicle::{Motion, OutputError, Twist, VirtualVehicle};
 use axis::AxisEvent;
 use clock::{Clock, Elapsed};
 use heapless::Deque;
@@ -111,9 +112,17 @@ const REST_BELOW: f32 = 0.3;
 /// … and work again when it exceeds this one.
 const REST_UNTIL: f32 = 0.6;
 
+/// What motors do cannot be compared with duties that nobody knows: every motion would be a fault.
+fn without_unknown_duty<V: VirtualVehicle>(config: &mut Config<V::Config>, vehicle: &V) {
+    if !vehicle.knows_duty() {
+        config.supervision.motor.speed_gain = 0.0;
+    }
+}
+
 impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// Takes the vehicle over. `fault` is one that the start-up found, such as a watchdog reset.
-    pub fn new(vehicle: V, config: Config<V::Config>, fault: Option<Fault>) -> Self {
+    pub fn new(vehicle: V, mut config: Config<V::Config>, fault: Option<Fault>) -> Self {
+        without_unknown_duty(&mut config, &vehicle);
         let mut estimator = Estimator::new(config.noise);
         estimator.configure(&config, vehicle.influence());
         Self {
@@ -261,7 +270,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         snapshot.rotation = axis(&self.rotation, speed.rotation, acceleration.rotation);
         snapshot.wheels = self.vehicle.wheels();
         if self.vehicle.steers() {
-            snapshot.steering = self.vehicle.steering();
+            snapshot.steering = [self.vehicle.steering(); OFFSETS];
         }
         snapshot.supply = self.readings.supply;
         snapshot.currents = self.readings.currents;
@@ -327,6 +336,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 let influence = self.vehicle.influence();
                 self.estimator.configure(config, influence);
                 self.config = *config;
+                without_unknown_duty(&mut self.config, &self.vehicle);
             }
         }
         self.ticket = ticket;
@@ -368,11 +378,10 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         if share < self.share || share > self.share * (1.0 + SHARE_RIPPLE) {
             self.share = share;
         }
-        let shares = if self.vehicle.steers() {
-            self.steered_shares(self.share)
-        } else {
-            [self.share; 2]
-        };
+        let (mut share, mut turn_share) = (self.share, self.share);
+        if self.vehicle.steers() {
+            [share, turn_share] = self.steered_shares(share);
+        }
         let cycle = |speed, share| Cycle {
             period,
             steps,
@@ -380,10 +389,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             share,
         };
         let speed = self.motion.speed;
-        let moved = self.translation.advance(
-            &self.config.translation,
-            &cycle(speed.translation, shares[0]),
-        );
+        let moved = self
+            .translation
+            .advance(&self.config.translation, &cycle(speed.translation, share));
         if let Some(AxisEvent::Done(residual)) = moved {
             self.note(Event::MoveDone(residual));
         }
@@ -392,11 +400,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         let turned = self
             .rotation
-            .advance(&self.config.rotation, &cycle(speed.rotation, shares[1]));
+            .advance(&self.config.rotation, &cycle(speed.rotation, turn_share));
         if let Some(AxisEvent::Done(residual)) = turned {
             self.note(Event::TurnDone(residual));
         }
-        if self.vehicle.steers() && shares[0] == 0.0 {
+        if self.vehicle.steers() && share == 0.0 {
             self.translation.set_out();
             self.rotation.set_out();
         }
@@ -414,10 +422,12 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         let driven = if self.may_rest() {
             self.motors = Motors::Resting;
-            self.vehicle.brake()
+            self.rest(supply)
         } else {
             self.motors = Motors::Driving;
-            self.drive(supply)
+            // A tick that is not due yet was driven for by the last one. One that was missed is not made up for at once: what the reference has gone in it
+            // is an error now, and is taken out as one.
+            self.drive(supply, if steps > 0 { period } else { 0.0 })
         };
         if driven.is_err() {
             self.trip(Fault::Output, Place::Base);
@@ -430,7 +440,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         let within = |axis: &Axis, config: &AxisConfig, speed: f32| {
             let share = if resting { REST_UNTIL } else { REST_BELOW };
             axis.is_settled()
-                && (resting || !self.vehicle.holds_load())
+                && (resting || !self.vehicle.knows_duty() || !self.vehicle.holds_load())
                 && axis.error().abs() < share * config.tolerance
                 && (resting || speed.abs() < config.rest_speed)
         };
@@ -438,15 +448,27 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation,
             rotation,
         } = self.motion.speed;
-        let heading = if self.vehicle.steers() {
-            self.rotation.is_settled()
-        } else {
-            within(&self.rotation, &self.config.rotation, rotation)
+        let heading = || {
+            if self.vehicle.steers() {
+                self.rotation.is_settled()
+            } else {
+                within(&self.rotation, &self.config.rotation, rotation)
+            }
         };
-        within(&self.translation, &self.config.translation, translation) && heading
+        within(&self.translation, &self.config.translation, translation) && heading()
     }
 
-    fn drive(&mut self, supply: f32) -> Result<(), crate::vehicle::OutputError> {
+    /// Motors with controllers of their own stay where they are. Only letting go would tell whether they hold a load; and corrected for ever, by less than
+    /// a count, they would step to and fro.
+    fn rest(&mut self, supply: f32) -> Result<(), OutputError> {
+        if self.vehicle.knows_duty() {
+            self.vehicle.brake()
+        } else {
+            self.vehicle.drive(Twist::ZERO, Twist::ZERO, supply, 0.0)
+        }
+    }
+
+    fn drive(&mut self, supply: f32, dt: f32) -> Result<(), OutputError> {
         let config = &self.config;
         let period = self.period;
         let speed = if self.vehicle.steers() {
@@ -461,7 +483,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             translation: self.translation.acceleration(),
             rotation: self.rotation.acceleration(),
         };
-        self.vehicle.drive(speed, acceleration, supply, period)
+        self.vehicle.drive(speed, acceleration, supply, dt)
     }
 
     /// A tick has at most a stop for each request, two targets, a stop that comes to rest and a fault of each rank to tell, so the list cannot overflow.

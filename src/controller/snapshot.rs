@@ -5,6 +5,7 @@ use crate::math::Sum;
 use crate::supervisor::Fault;
 use crate::time::Instant;
 use crate::vehicle::Wheel;
+use crate::vehicle::gains::OFFSETS;
 
 /// One axis in a snapshot; m or rad, and seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,8 +41,8 @@ pub struct Snapshot {
     pub rotation: AxisSnapshot,
     /// Wheels, left first.
     pub wheels: [Wheel; 2],
-    /// The steering angle as measured, rad; 0 for a vehicle that does not steer.
-    pub steering: f32,
+    /// The steering angle, where a vehicle can have one.
+    pub(super) steering: [f32; OFFSETS],
     /// Battery voltage, filtered, V.
     pub supply: f32,
     /// Motor currents, left first, A, where they are measured.
@@ -73,13 +74,19 @@ impl Snapshot {
             translation: AxisSnapshot::default(),
             rotation: AxisSnapshot::default(),
             wheels: [Wheel::default(); 2],
-            steering: 0.0,
+            steering: [0.0; OFFSETS],
             supply: 0.0,
             currents: [None; 2],
             enabled: false,
             fault: None,
             fault_persists: false,
         }
+    }
+
+    /// The steering angle as measured, rad; 0 for a vehicle that does not steer.
+    #[must_use]
+    pub fn steering(&self) -> f32 {
+        self.steering.first().copied().unwrap_or_default()
     }
 
     /// True unless both axes hold and the wheels stand (below 1 mm/s).

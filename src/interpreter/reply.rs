@@ -96,7 +96,7 @@ pub fn battery(text: &mut Text, snapshot: &Snapshot) {
 /// `Steering φ`.
 pub fn steering(text: &mut Text, snapshot: &Snapshot) {
     text.str("Steering")
-        .fixed(f64::from(snapshot.steering) * DEGREES, 4);
+        .fixed(f64::from(snapshot.steering()) * DEGREES, 4);
 }
 
 /// `Wheels <left count> <right count> <left m/s> <right m/s> <left duty> <right duty>`.

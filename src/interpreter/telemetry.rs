@@ -204,7 +204,7 @@ impl Stream {
                     text.fixed(f64::from(right.duty), 4);
                 }
                 Field::Steering => {
-                    text.fixed(f64::from(snapshot.steering) * DEGREES, 4);
+                    text.fixed(f64::from(snapshot.steering()) * DEGREES, 4);
                 }
                 Field::Battery => {
                     text.fixed(f64::from(snapshot.supply), 3);

@@ -2,6 +2,7 @@
 
 mod geometry;
 
+use super::gains::OFFSET;
 use super::steering::{self, Helm, Steering};
 use super::{
     Counter, Drive, Encoder, GAINS, Influence, Motion, OutputError, Relation, Twist,
@@ -82,6 +83,8 @@ where
     front_observers: Observers<2>,
     /// Where the wheels are to point while the car is all but at rest, rad.
     aim: f32,
+    /// The reference sets out from here: only where it goes matters, not what it is corrected by, or the wheels would never point where they should.
+    sets_out: bool,
     duty: [f32; 2],
 }
 
@@ -120,6 +123,7 @@ where
             rear_observers: Observers::new(config.observer_bandwidth),
             front_observers: Observers::new(config.observer_bandwidth),
             aim: 0.0,
+            sets_out: false,
             duty: [0.0; 2],
         };
         vehicle.configure(config);
@@ -136,21 +140,30 @@ where
         }
     }
 
-    /// What the two axles say of the rear one's centre, as one.
-    fn merged(&self, rear: Twist, from_front: Twist, angle: f32) -> Twist {
-        match self.odometry() {
-            Odometry::Rear => rear,
-            Odometry::Front => from_front,
-            Odometry::Four => self.geometry.fused(rear, from_front, angle),
-        }
+    /// What the two axles say of a gain's effect, as one: by ΔS and by Δα it is a twist.
+    fn fused(&self, rear: [f32; 4], front: [f32; 4], angle: f32) -> [f32; 4] {
+        let twist = |translation, rotation| Twist {
+            translation,
+            rotation,
+        };
+        let fuse = |rear, front| self.geometry.fused(rear, front, angle);
+        let ([ss, sa, as_, aa], [front_ss, front_sa, front_as, front_aa]) = (rear, front);
+        let by_s = fuse(twist(ss, as_), twist(front_ss, front_as));
+        let by_a = fuse(twist(sa, aa), twist(front_sa, front_aa));
+        [
+            by_s.translation,
+            by_a.translation,
+            by_s.rotation,
+            by_a.rotation,
+        ]
     }
 
     /// The twist of the reference point by the wheels' speeds or accelerations.
     fn twist(&self, wheels: &Wheels, angle: f32) -> Twist {
-        let rear = self.geometry.rear(wheels.rear, angle);
         let twist = match self.odometry() {
-            Odometry::Rear => rear,
-            _ => self.merged(rear, self.geometry.front(wheels.front, angle), angle),
+            Odometry::Rear => self.geometry.rear(wheels.rear, angle),
+            Odometry::Front => self.geometry.front(wheels.front, angle),
+            Odometry::Four => self.geometry.four(wheels, angle),
         };
         self.geometry.at_reference(twist, angle)
     }
@@ -217,30 +230,28 @@ where
 
     fn influence(&self) -> Influence {
         let angle = self.helm.angle();
-        let [mut rear, front] = self.geometry.influence(angle);
-        for ((of_rear, of_front), gain) in rear.by_gain.iter_mut().zip(front.by_gain).zip([
-            self.config.gains[0],
-            self.config.gains[1],
-            self.config.gains[2],
-            1.0,
-        ]) {
-            // By ΔS and by Δα: each is a twist.
-            let [ss, sa, as_, aa] = *of_rear;
-            let [front_ss, front_sa, front_as, front_aa] = of_front;
-            let twist = |translation, rotation| Twist {
-                translation,
-                rotation,
-            };
-            let by_s = self.merged(twist(ss, as_), twist(front_ss, front_as), angle);
-            let by_a = self.merged(twist(sa, aa), twist(front_sa, front_aa), angle);
-            *of_rear = [
-                by_s.translation / gain,
-                by_a.translation / gain,
-                by_s.rotation / gain,
-                by_a.rotation / gain,
-            ];
+        let mut influence = match self.odometry() {
+            Odometry::Rear => self.geometry.rear_influence(angle),
+            Odometry::Front => self.geometry.front_influence(angle),
+            Odometry::Four => {
+                let mut both = self.geometry.rear_influence(angle);
+                let front = self.geometry.front_influence(angle);
+                for (of_rear, of_front) in both.by_gain.iter_mut().zip(front.by_gain) {
+                    *of_rear = self.fused(*of_rear, of_front, angle);
+                }
+                both
+            }
+        };
+        // Those of gains of 1; the offset is no ratio.
+        for (effect, gain) in influence
+            .by_gain
+            .iter_mut()
+            .zip(self.config.gains)
+            .take(OFFSET)
+        {
+            *effect = effect.map(|element| element / gain);
         }
-        rear
+        influence
     }
 
     fn resolution(&self) -> Twist {
@@ -261,7 +272,9 @@ where
     }
 
     fn prepare(&mut self, present: Twist, next: Twist) -> bool {
-        if present.translation.abs() > CRAWL {
+        let crawls = present.translation.abs() <= CRAWL;
+        self.sets_out = crawls && next != Twist::ZERO;
+        if !crawls {
             return true;
         }
         self.aim = self.angle_for(next);
@@ -290,9 +303,16 @@ where
             if self.odometry() == Odometry::Rear && self.geometry.direction(angle) == 0.0 {
                 self.carry.advance(&self.straight, counts)
             } else {
-                let [by_rear, by_front] = self.geometry.scaling(angle);
-                let from_front = self.geometry.from_front(by_front.twist(front), angle);
-                let twist = self.merged(by_rear.twist(rear), from_front, angle);
+                let by_rear = || self.geometry.rear_scaling(angle).twist(rear);
+                let by_front = || {
+                    let twist = self.geometry.front_scaling(angle).twist(front);
+                    self.geometry.from_front(twist, angle)
+                };
+                let twist = match self.odometry() {
+                    Odometry::Rear => by_rear(),
+                    Odometry::Front => by_front(),
+                    Odometry::Four => self.geometry.fused(by_rear(), by_front(), angle),
+                };
                 self.geometry.at_reference(twist, angle)
             };
         let speeds = Wheels {
@@ -328,6 +348,10 @@ where
         self.left_motor.holds_load() || self.right_motor.holds_load()
     }
 
+    fn knows_duty(&self) -> bool {
+        self.left_motor.knows_duty() && self.right_motor.knows_duty()
+    }
+
     fn drive(
         &mut self,
         speed: Twist,
@@ -335,7 +359,7 @@ where
         supply: f32,
         dt: f32,
     ) -> Result<(), OutputError> {
-        if speed.translation.abs() > CRAWL {
+        if !self.sets_out && speed.translation.abs() > CRAWL {
             self.aim = self.angle_for(speed);
         }
         self.helm.steer(self.aim, dt)?;

@@ -130,6 +130,10 @@ where
         self.left_drive.holds_load() || self.right_drive.holds_load()
     }
 
+    fn knows_duty(&self) -> bool {
+        self.left_drive.knows_duty() && self.right_drive.knows_duty()
+    }
+
     fn drive(
         &mut self,
         speed: Twist,
@@ -147,11 +151,10 @@ where
             speeds = speeds.map(|speed| scale * speed);
             accelerations = accelerations.map(|acceleration| scale * acceleration);
         }
-        let measured = self.observers.speeds();
         let command = |wheel: usize| WheelCommand {
             speed: speeds[wheel],
             acceleration: accelerations[wheel],
-            measured: measured[wheel],
+            measured: self.observers.each[wheel].speed(),
         };
         let (left, right) = (command(0), command(1));
         self.duty = [
@@ -176,10 +179,9 @@ where
     }
 
     fn wheels(&self) -> [Wheel; 2] {
-        let speeds = self.observers.speeds();
         let wheel = |index: usize, count| Wheel {
             count,
-            speed: speeds[index],
+            speed: self.observers.each[index].speed(),
             duty: self.duty[index],
         };
         [wheel(0, self.left.total()), wheel(1, self.right.total())]

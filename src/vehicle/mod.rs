@@ -186,9 +186,15 @@ pub trait VirtualVehicle {
         false
     }
 
+    /// True if [`Wheel::duty`] is what its motors get. False if only controllers of their own know: the supervisor then has no motor model, and at rest those
+    /// controllers hold the base. It never changes.
+    fn knows_duty(&self) -> bool {
+        true
+    }
+
     /// Drives with the given speed (m/s, rad/s) and acceleration (m/s², rad/s²); a wheel that would exceed its limit scales both axes alike.
     ///
-    /// `supply` is the battery voltage, `dt` the time until the next call in seconds.
+    /// `supply` is the battery voltage, `dt` the time until the next call in seconds; 0 in a tick that is not due yet, whose time has been driven for already.
     ///
     /// # Errors
     /// [`OutputError`] if an output refused; the caller switches off.
@@ -236,7 +242,10 @@ pub trait Drive {
     /// Takes new servo parameters over; what it has learned stays.
     fn configure(&mut self, config: &servo::Config);
 
-    /// Acts on a command until the next one; `supply` in volts, `dt` in seconds. Returns the duty, −1 to 1; 0 if it is not known.
+    /// True if [`command`](Self::command) returns the duty that the motor gets; false if only a controller of its own knows. It never changes.
+    fn knows_duty(&self) -> bool;
+
+    /// Acts on a command until the next one; `supply` in volts, `dt` in seconds, zero is allowed. Returns the duty, −1 to 1; 0 if it is not known.
     ///
     /// # Errors
     /// [`OutputError`] if the output refused.

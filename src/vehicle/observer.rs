@@ -92,7 +92,8 @@ impl Observer {
 /// The observers of a vehicle's wheels, which share their gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Observers<const N: usize> {
-    each: [Observer; N],
+    /// One for each wheel.
+    pub(super) each: [Observer; N],
     bandwidth: f32,
     gains: Gains,
     dt: f32,

@@ -6,6 +6,83 @@ use super::{Drive, OutputError, WheelCommand, servo};
 use crate::math::{Factor, Sum};
 
 /// The way to such a motor controller: a serial line, a bus, pulses for a stepper. A board implements it.
+///
+/// Here for one that takes a pulse for each unit, with a direction and an enable input, as drivers of steppers and many servo drives do:
+///
+/// ```
+/// use embedded_hal::delay::DelayNs;
+/// use embedded_hal::digital::OutputPin;
+/// use vehicle_controller::vehicle::{IncrementOutput, OutputError};
+///
+/// struct Pulses<S, D, E, W> {
+///     step: S,
+///     direction: D,
+///     enable: E,
+///     delay: W,
+/// }
+///
+/// /// In a cycle: of 5 µs each, they take a tenth of a millisecond. Where there are more, a timer makes them.
+/// const MOST: u32 = 20;
+///
+/// impl<S: OutputPin, D: OutputPin, E: OutputPin, W: DelayNs> IncrementOutput for Pulses<S, D, E, W> {
+///     fn advance(&mut self, units: i32) -> Result<(), OutputError> {
+///         // All of them or none: what is handed over in part would be lost.
+///         if units.unsigned_abs() > MOST {
+///             return Err(OutputError);
+///         }
+///         self.enable.set_high().map_err(|_| OutputError)?;
+///         self.direction.set_state((units >= 0).into()).map_err(|_| OutputError)?;
+///         for _ in 0..units.unsigned_abs() {
+///             self.step.set_high().map_err(|_| OutputError)?;
+///             self.delay.delay_ns(2_500);
+///             self.step.set_low().map_err(|_| OutputError)?;
+///             self.delay.delay_ns(2_500);
+///         }
+///         Ok(())
+///     }
+///
+///     /// A driver that is not enabled counts no pulses: the next ones begin where the motor is.
+///     fn off(&mut self) -> Result<(), OutputError> {
+///         self.enable.set_low().map_err(|_| OutputError)
+///     }
+/// }
+/// # use embedded_hal::digital::ErrorType;
+/// # #[derive(Default)]
+/// # struct Pin(u32, bool);
+/// # impl ErrorType for Pin {
+/// #     type Error = core::convert::Infallible;
+/// # }
+/// # impl OutputPin for Pin {
+/// #     fn set_low(&mut self) -> Result<(), Self::Error> {
+/// #         self.1 = false;
+/// #         Ok(())
+/// #     }
+/// #     fn set_high(&mut self) -> Result<(), Self::Error> {
+/// #         self.0 += u32::from(!self.1);
+/// #         self.1 = true;
+/// #         Ok(())
+/// #     }
+/// # }
+/// # #[derive(Default)]
+/// # struct NoDelay;
+/// # impl DelayNs for NoDelay {
+/// #     fn delay_ns(&mut self, _: u32) {}
+/// # }
+/// # fn pulses() -> Pulses<Pin, Pin, Pin, NoDelay> {
+/// #     Pulses { step: Pin::default(), direction: Pin::default(), enable: Pin::default(), delay: NoDelay }
+/// # }
+/// #
+/// let mut motor = pulses();
+/// motor.advance(3)?;
+/// motor.advance(-2)?;
+/// assert_eq!(motor.advance(21), Err(OutputError));
+/// # assert_eq!((motor.step.0, motor.direction.1, motor.enable.1), (5, false, true));
+/// # motor.off()?;
+/// # assert!(!motor.enable.1);
+/// # Ok::<(), OutputError>(())
+/// ```
+///
+/// A controller that takes positions, not increments, is sent their sum, which begins at the position that the controller tells after it was off.
 pub trait IncrementOutput {
     /// Moves the motor's target by so many of its units, in the motor's own direction. An error says that the target was not moved.
     ///
@@ -50,8 +127,8 @@ const TOO_MANY: f32 = 2_147_483_648.0;
 /// more. The first unit after them is sent when a whole one has been asked for. [`configure`](Drive::configure) keeps it.
 ///
 /// Of the servo's parameters only `reversed` matters, and neither the measured speed nor the supply does. What share of the supply the motor gets is
-/// not known, so the duty is said to be 0. A supervisor that has a motor model would take every motion for a fault: give it none
-/// (`motor_speed_gain` = 0). How the axes follow, the speeds and the counts are watched all the same.
+/// not known, so the duty is said to be 0, and the control loop's supervisor has no motor model then. How the axes follow, the speeds and the counts are
+/// watched all the same.
 #[derive(Debug)]
 pub struct PositionIncrement<O> {
     output: O,
@@ -98,6 +175,10 @@ fn split(number: Sum) -> (i32, Sum) {
 impl<O: IncrementOutput> Drive for PositionIncrement<O> {
     fn configure(&mut self, config: &servo::Config) {
         self.reversed = config.reversed;
+    }
+
+    fn knows_duty(&self) -> bool {
+        false
     }
 
     /// # Errors

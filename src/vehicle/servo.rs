@@ -225,6 +225,10 @@ impl<P: SetDutyCycle, D: OutputPin, E: OutputPin> Drive for Servo<P, D, E> {
         self.config = *config;
     }
 
+    fn knows_duty(&self) -> bool {
+        true
+    }
+
     fn command(&mut self, command: WheelCommand, supply: f32, dt: f32) -> Result<f32, OutputError> {
         let available = supply * self.config.max_duty;
         let voltage = self.regulator.update(&self.config, command, available, dt);

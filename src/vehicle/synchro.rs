@@ -176,6 +176,10 @@ where
         self.drive_motor.holds_load() || self.steering_motor.holds_load()
     }
 
+    fn knows_duty(&self) -> bool {
+        self.drive_motor.knows_duty() && self.steering_motor.knows_duty()
+    }
+
     fn drive(
         &mut self,
         speed: Twist,

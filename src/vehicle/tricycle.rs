@@ -7,7 +7,7 @@ use super::{
     Counter, Drive, Encoder, GAINS, Influence, Motion, OutputError, Twist, VirtualVehicle, Wheel,
     WheelCommand, observer::Observers, servo,
 };
-use crate::math::{limit, sign, sqrt};
+use crate::math::{limit, sign, sin_cos, sqrt};
 use core::f32::consts::FRAC_PI_2;
 use embedded_hal_02::Qei;
 pub use geometry::{Geometry, Steered};
@@ -55,6 +55,8 @@ where
     observer: Observers<1>,
     /// Where the wheel is to point while the vehicle is all but at rest, rad.
     aim: f32,
+    /// The reference sets out from here: only where it goes matters, not what it is corrected by, or the wheels would never point where they should.
+    sets_out: bool,
     duty: f32,
 }
 
@@ -74,6 +76,7 @@ where
             geometry: Geometry::new(config.wheel_base),
             observer: Observers::new(config.observer_bandwidth),
             aim: 0.0,
+            sets_out: false,
             duty: 0.0,
         };
         vehicle.configure(config);
@@ -162,7 +165,8 @@ where
         if max >= ASIDE {
             f32::INFINITY
         } else {
-            libm::tanf(max) / self.geometry.wheel_base()
+            let (sin, cos) = sin_cos(max);
+            sin / (cos * self.geometry.wheel_base())
         }
     }
 
@@ -171,7 +175,9 @@ where
     }
 
     fn prepare(&mut self, present: Twist, next: Twist) -> bool {
-        if self.pace(present) > CRAWL {
+        let crawls = self.pace(present) <= CRAWL;
+        self.sets_out = crawls && next != Twist::ZERO;
+        if !crawls {
             return true;
         }
         self.aim = self.angle_for(next);
@@ -211,6 +217,10 @@ where
         self.motor.holds_load()
     }
 
+    fn knows_duty(&self) -> bool {
+        self.motor.knows_duty()
+    }
+
     fn drive(
         &mut self,
         speed: Twist,
@@ -218,7 +228,7 @@ where
         supply: f32,
         dt: f32,
     ) -> Result<(), OutputError> {
-        if self.pace(speed) > CRAWL {
+        if !self.sets_out && self.pace(speed) > CRAWL {
             self.aim = self.angle_for(speed);
         }
         self.helm.steer(self.aim, dt)?;

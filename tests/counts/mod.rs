@@ -74,6 +74,10 @@ impl<B: Bits> Qei for Tape<B> {
 pub struct NoMotor;
 
 impl Drive for NoMotor {
+    fn knows_duty(&self) -> bool {
+        true
+    }
+
     fn configure(&mut self, _: &servo::Config) {}
 
     fn command(&mut self, _: WheelCommand, _: f32, _: f32) -> Result<f32, OutputError> {

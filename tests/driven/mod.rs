@@ -4,7 +4,9 @@
 use embedded_hal_02::{Direction, Qei};
 use std::cell::Cell;
 use std::rc::Rc;
-use vehicle_controller::controller::{Action, AxisCommand, Controller, Event, Inputs, Request};
+use vehicle_controller::controller::{
+    self, Action, AxisCommand, Controller, Event, Inputs, Request,
+};
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::{Duration, Instant};
 use vehicle_controller::vehicle::differential::{Config, Geometry};
@@ -138,6 +140,10 @@ impl<D: Drive> Drive for Integrated<D> {
         self.drive.command(command, supply, dt)
     }
 
+    fn knows_duty(&self) -> bool {
+        self.drive.knows_duty()
+    }
+
     fn holds_load(&self) -> bool {
         self.drive.holds_load()
     }
@@ -156,20 +162,21 @@ impl<D: Drive> Drive for Integrated<D> {
 pub struct Base<D: Drive> {
     /// Left and right.
     pub motors: [Rc<Motor>; 2],
+    /// What the control loop was given.
+    pub config: controller::Config<Config>,
     controller: Controller<DifferentialDrive<Wire, Wire, Integrated<D>, Integrated<D>>>,
     ticks: u64,
 }
 
 impl<D: Drive> Base<D> {
-    /// The default parameters but for `changed`; no motor model.
+    /// The default parameters but for `changed`.
     pub fn new(
         drive: impl Fn(Wire, &servo::Config) -> Result<D, OutputError>,
         changed: &[(Id, f32)],
     ) -> Self {
         let mut params = Params::default();
-        params.set(Id::MotorSpeedGain, 0.0).unwrap();
         params.set_all(changed).unwrap();
-        let mut config = params.build(PERIOD);
+        let mut config = params.build::<Config>(PERIOD);
         config.vehicle = Config {
             geometry: Geometry::new(BASE, 1.0 / COUNTS, 1.0 / COUNTS, Calibration::NOMINAL),
             ..config.vehicle
@@ -185,6 +192,7 @@ impl<D: Drive> Base<D> {
             DifferentialDrive::new(left_encoder, right_encoder, left, right, &config.vehicle);
         let mut base = Self {
             motors,
+            config,
             controller: Controller::new(vehicle, config, None),
             ticks: 0,
         };

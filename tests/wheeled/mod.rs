@@ -60,6 +60,10 @@ impl Qei for Wheel {
 }
 
 impl Drive for Wheel {
+    fn knows_duty(&self) -> bool {
+        false
+    }
+
     fn configure(&mut self, _: &servo::Config) {}
 
     fn command(&mut self, command: WheelCommand, _: f32, _: f32) -> Result<f32, OutputError> {

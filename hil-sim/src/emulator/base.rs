@@ -12,7 +12,7 @@ use crate::faults::{Fault, FaultSet};
 use crate::peripherals::stored;
 use crate::plant::{BridgeInput, Input, Plant, Push};
 use crate::rig::{PERIOD, SUBSTEPS};
-use crate::robot::{Model, Robot};
+use crate::robot::{Drives, Model, Robot};
 use crate::trace::Row;
 use crate::vehicle::steers;
 use anyhow::{Result, bail, ensure};
@@ -96,6 +96,10 @@ impl ImageBase {
                 "an image drives motors, and this robot's wheels turn as they are told: choose another robot"
             );
         }
+        ensure!(
+            robot.drives == Drives::Bridge,
+            "the image drives bridges, and this robot's motors have controllers of their own: choose another robot"
+        );
         ensure!(
             (17_000..=47_000).contains(&setup.lsi_hz),
             "the watchdog's oscillator runs at 17 to 47 kHz, not at {} Hz",

@@ -61,6 +61,8 @@ pub enum Fault {
     Encoder(Side, EncoderFault),
     /// At a motor.
     Motor(Side, MotorFault),
+    /// A motor controller takes its orders and does nothing.
+    Controller(Side),
     /// The battery's open-circuit voltage is this, V.
     Battery(f64),
     /// The serial line carries nothing, either way.
@@ -74,7 +76,7 @@ const MAX_JUMP: i64 = 1_000_000;
 /// What a script may scale counts by.
 const MAX_SCALE: f64 = 100.0;
 
-const USAGE: &str = "!fault takes `left|right|both encoder …`, `left|right|both motor …`, `battery <volts>`, `link cut` or `flash cut <byte>`";
+const USAGE: &str = "!fault takes `left|right|both encoder …`, `left|right|both motor …`, `left|right|both controller dead`, `battery <volts>`, `link cut` or `flash cut <byte>`";
 const ENCODER_USAGE: &str = "an encoder's fault is stuck, open-a, open-b, swapped, `scale <factor>`, `drop <probability>` or `jump <counts>`";
 const MOTOR_USAGE: &str = "a motor's fault is open, short or `weak <factor>`";
 
@@ -116,7 +118,13 @@ impl Fault {
                 match *part {
                     "encoder" => Ok(Self::Encoder(side, EncoderFault::parse(fault)?)),
                     "motor" => Ok(Self::Motor(side, MotorFault::parse(fault)?)),
-                    other => bail!("a side has an encoder and a motor, no `{other}`"),
+                    "controller" => match fault {
+                        ["dead"] => Ok(Self::Controller(side)),
+                        _ => bail!("a motor controller's fault is dead"),
+                    },
+                    other => bail!(
+                        "a side has an encoder, a motor and perhaps a controller, no `{other}`"
+                    ),
                 }
             }
             _ => bail!("{USAGE}"),
@@ -174,6 +182,7 @@ impl fmt::Display for Fault {
         match self {
             Self::Encoder(side, fault) => write!(f, "{side} encoder {fault}"),
             Self::Motor(side, fault) => write!(f, "{side} motor {fault}"),
+            Self::Controller(side) => write!(f, "{side} controller dead"),
             Self::Battery(volts) => write!(f, "battery {volts}"),
             Self::LinkCut => f.write_str("link cut"),
             Self::FlashCut(byte) => write!(f, "flash cut {byte}"),
@@ -253,6 +262,7 @@ mod tests {
             "left motor open",
             "right motor short",
             "both motor weak 0.5",
+            "left controller dead",
             "battery 8.5",
             "link cut",
             "flash cut 17",
@@ -275,7 +285,7 @@ mod tests {
             ("left", USAGE),
             (
                 "left wheel stuck",
-                "a side has an encoder and a motor, no `wheel`",
+                "a side has an encoder, a motor and perhaps a controller, no `wheel`",
             ),
             ("left encoder", ENCODER_USAGE),
             ("left encoder stuck 1", ENCODER_USAGE),
@@ -289,6 +299,7 @@ mod tests {
                 "a jump is -1000000 to 1000000 counts",
             ),
             ("both motor stuck", MOTOR_USAGE),
+            ("both controller", "a motor controller's fault is dead"),
             ("both motor weak -0.1", "`-0.1` is not from 0 to 1"),
         ] {
             assert_eq!(parse(text).unwrap_err().to_string(), message, "{text}");

@@ -25,7 +25,7 @@ impl FaultSet {
     /// A fault begins, in place of what was wrong with the same part.
     ///
     /// # Errors
-    /// If it is one of the serial line or of the parameter storage, which are not here.
+    /// If it is one of the serial line, of the parameter storage or of a motor controller, which are not here.
     pub fn inject(&mut self, fault: Fault, plant: &mut Plant) -> Result<()> {
         match fault {
             Fault::Encoder(side, fault) => {
@@ -44,7 +44,9 @@ impl FaultSet {
                 }
             }
             Fault::Battery(volts) => plant.set_battery(Some(volts)),
-            Fault::LinkCut | Fault::FlashCut(_) => bail!("this base cannot have `{fault}`"),
+            Fault::Controller(_) | Fault::LinkCut | Fault::FlashCut(_) => {
+                bail!("this base cannot have `{fault}`")
+            }
         }
         Ok(())
     }

@@ -82,6 +82,7 @@ pub fn kind(fault: &Fault) -> &'static str {
         Fault::Motor(_, MotorFault::Open) => "motor open",
         Fault::Motor(_, MotorFault::Short) => "motor short",
         Fault::Motor(_, MotorFault::Weak(_)) => "motor weak",
+        Fault::Controller(_) => "controller",
         Fault::Battery(_) => "battery",
         Fault::LinkCut => "link cut",
         Fault::FlashCut(_) => "flash cut",

@@ -200,7 +200,8 @@ impl Geometry {
     /// Δα/ΔS of the reference point, 1/m: tan φ/L, or 2 tan φ/L if the rear axle is steered, too.
     #[must_use]
     pub fn path_curvature(&self, steering: f32) -> f32 {
-        libm::tanf(limit(steering, STEEPEST)) / (self.wheel_base - self.reference())
+        let (sin, cos) = sin_cos(limit(steering, STEEPEST));
+        sin / (cos * (self.wheel_base - self.reference()))
     }
 
     /// φ for a wanted twist of the reference point: the inverse of [`Self::path_curvature`], the same in reverse, and ±90° for a turn without translation. None
@@ -253,21 +254,24 @@ impl Geometry {
         .or_none()
     }
 
-    /// How the two axles' wheels' displacements are to be scaled while the car is steered by φ: see [`Axle::scaling`].
+    /// How the displacements of the rear wheels are to be scaled while the car is steered by φ: see [`Axle::scaling`].
     #[must_use]
-    pub fn scaling(&self, steering: f32) -> [Scaling; 2] {
-        let rear = Twist {
+    pub fn rear_scaling(&self, steering: f32) -> Scaling {
+        let curve = Twist {
             translation: 1.0,
             rotation: self.curvature(steering),
         };
-        let front = Twist {
+        self.rear.scaling(curve, self.direction(steering))
+    }
+
+    /// How those of the front wheels are.
+    #[must_use]
+    pub fn front_scaling(&self, steering: f32) -> Scaling {
+        let curve = Twist {
             translation: 1.0 / self.steering(steering).transport(),
-            ..rear
+            rotation: self.curvature(steering),
         };
-        [
-            self.rear.scaling(rear, self.direction(steering)),
-            self.front.scaling(front, limit(steering, STEEPEST)),
-        ]
+        self.front.scaling(curve, limit(steering, STEEPEST))
     }
 
     /// What gains do to the reference point's motions while the car is steered by φ, as the wheels of one axle tell them.
@@ -282,7 +286,8 @@ impl Geometry {
         let angle = slope * phi;
         let (sin, cos) = sin_cos(angle);
         // κ of the reference point, and of the axle's centre, which goes farther.
-        let tangent = libm::tanf(phi);
+        let (phi_sin, phi_cos) = sin_cos(phi);
+        let tangent = phi_sin / phi_cos;
         let length = self.wheel_base - self.reference();
         let half = 0.5 * axle.track();
         let x = half * cos * tangent / length;
@@ -305,15 +310,18 @@ impl Geometry {
         }
     }
 
-    /// What gains of 1 would change in the reference point's motions while the car is steered by φ: right wheels, left wheels, tracks, φ₀. As the rear
-    /// axle's wheels tell the motion, and as the front one's do.
+    /// What gains of 1 would change in the reference point's motions while the car is steered by φ, as the rear axle's wheels tell them: right wheels, left
+    /// wheels, tracks, φ₀.
     #[must_use]
-    pub fn influence(&self, steering: f32) -> [Influence; 2] {
+    pub fn rear_influence(&self, steering: f32) -> Influence {
         let phi = limit(steering, STEEPEST);
-        [
-            self.influence_of(&self.rear, phi, self.rear_steering.slope()),
-            self.influence_of(&self.front, phi, 1.0),
-        ]
+        self.influence_of(&self.rear, phi, self.rear_steering.slope())
+    }
+
+    /// The same, as the front axle's wheels tell them.
+    #[must_use]
+    pub fn front_influence(&self, steering: f32) -> Influence {
+        self.influence_of(&self.front, limit(steering, STEEPEST), 1.0)
     }
 
     /// How much the front axle counts for ΔS and for Δα, 0 to 1.

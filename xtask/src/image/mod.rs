@@ -143,11 +143,13 @@ pub fn stack(session: &Session, which: Which, check: bool) -> Result<()> {
 
 /// `cargo xtask count`: the instructions of a control tick, counted on the emulated board.
 pub fn count(session: &Session, script: &str, which: Which) -> Result<()> {
+    let robot = which.vehicle.robot();
     let image = which.path(session)?;
     let mut simulator = session.cargo(
         "run --release --ignore-rust-version --package hil-sim --features emulator -- count",
     );
     simulator.arg(script).arg("--image").arg(image);
+    simulator.args(["--robot", robot]);
     match session.run(&mut simulator)? {
         Outcome::Passed => Ok(()),
         Outcome::Failed(why) | Outcome::Skipped(why) => bail!("nothing counted: {why}"),

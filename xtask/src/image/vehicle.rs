@@ -27,6 +27,16 @@ impl Vehicle {
         }
     }
 
+    /// The simulator's robot of this kind.
+    pub fn robot(self) -> &'static str {
+        match self {
+            Self::Differential => "default",
+            Self::Synchro => "synchro",
+            Self::Tricycle => "tricycle",
+            Self::Bisteerable => "cycab",
+        }
+    }
+
     /// What one says to cargo to get its firmware. The differential drive's has no code of the others.
     pub fn package(self) -> String {
         let mut package = "--package vehicle-controller --bin vehicle-controller --no-default-features --features nucleo-f429zi".to_owned();

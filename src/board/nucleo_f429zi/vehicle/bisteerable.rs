@@ -1,5 +1,5 @@
-//! A bi-steerable or an ordinary car: rear wheels with a motor and an encoder each, and a servo that steers. The steering's encoder, if it has one, is on a timer
-//! of its own. No timer is left for encoders of the front wheels.
+//! A bi-steerable or an ordinary car: rear wheels with a motor and an encoder each, and a servo that steers. The steering's encoder, if it has one, is
+//! on a timer of its own. No timer is left for encoders of the front wheels.
 
 use super::Spare;
 use super::steering::{self, Steering};

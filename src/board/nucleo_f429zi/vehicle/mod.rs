@@ -1,7 +1,7 @@
 //! The vehicle on this board: one of the library's geometries. This is the one place where an image's features choose it.
 //!
-//! Each file has the same names: the types `Vehicle` and `Config`; `KIND`, whose parameters they are; `NAME`, as in the image's features; `TARGET`, what the image says that it runs on; `Parts`,
-//! what the vehicle takes of the board, and how it is put together.
+//! Each file has the same names: the types `Vehicle` and `Config`; `KIND`, whose parameters they are; `NAME`, as in the image's features; `TARGET`,
+//! what the image says that it runs on; `Parts`, what the vehicle takes of the board, and how it is put together.
 
 #[cfg(any(
     all(feature = "synchro", feature = "tricycle"),

@@ -65,8 +65,8 @@ impl Potentiometer {
 
     /// Puts it behind the others in the group, of which three of the four places are taken. Call it before the first conversion.
     fn start(pin: PC2) -> Self {
-        // SAFETY: who owns the converter has set it up and converts only later; then it starts conversions and reads the first three results, and this
-        // reads the fourth.
+        // SAFETY: who owns the converter has set it up and converts only later; then it starts conversions and reads the first three results, and
+        // this reads the fourth.
         let adc = unsafe { pac::ADC1::steal() };
         adc.smpr1().modify(|_, w| w.smp12().cycles84());
         // SAFETY: three are channels that were there, the last is one, too.
@@ -85,6 +85,7 @@ impl Potentiometer {
 }
 
 impl Voltmeter for Potentiometer {
+    /// It is a tick old, or the one that began with this tick.
     fn volts(&mut self) -> f32 {
         f32::from(self.adc.jdr4().read().jdata().bits()) * VOLTS_PER_STEP
     }
