@@ -18,11 +18,15 @@ pub fn journey(path: &Path, robot: &Robot, seed: u64) -> Result<Log> {
     if extension.eq_ignore_ascii_case("csv") {
         return Log::load(path);
     }
-    let script = Script::load(path)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    simulated(&Script::load(path)?, &name, robot, seed)
+}
+
+/// The log of a script's run.
+pub fn simulated(script: &Script, name: &str, robot: &Robot, seed: u64) -> Result<Log> {
     let mut base = Rig::new(robot, seed)?;
     let trace = TraceFile::create(None, true, PERIOD)?;
-    let trace = run::run(&mut base, &script, trace, &mut std::io::sink())?;
+    let trace = run::run(&mut base, script, trace, &mut std::io::sink())?;
     let rows = trace.map_or(Ok(Vec::new()), TraceFile::into_rows)?;
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    Log::recorded(name.into_owned(), rows.iter().map(Row::from))
+    Log::recorded(name.to_owned(), rows.iter().map(Row::from))
 }

@@ -22,6 +22,7 @@ pub mod se2;
 pub mod settings;
 pub mod soak;
 pub mod statistics;
+pub mod steered_axle;
 pub mod trace;
 pub mod umbmark;
 pub mod vehicle;

@@ -2,6 +2,7 @@
 
 mod calibrating;
 mod console;
+mod hermosillo;
 mod journey;
 mod monte_carlo;
 mod options;
@@ -48,6 +49,8 @@ enum Command {
     Calibrate(calibrating::Options),
     /// Drive the classical square test, and compare what it says with what the filter learns from it
     Umbmark(umbmarking::Options),
+    /// Drive the experiment of the bi-steerable car: odometry by each relation of its axle, before and after a calibration
+    Hermosillo(hermosillo::Options),
     /// Try the estimator on many bases with gains and errors drawn from the parameters: is it as wrong as it says?
     Consistency(monte_carlo::Consistency),
     /// Send particles along a log or a script's run, and hold the estimator's linear covariance against theirs
@@ -159,6 +162,7 @@ fn main() -> ExitCode {
         Some(Command::Replay(replay)) => replay_command(&replay),
         Some(Command::Calibrate(options)) => calibrating::calibrate_command(&options),
         Some(Command::Umbmark(options)) => umbmarking::umbmark_command(&options),
+        Some(Command::Hermosillo(options)) => hermosillo::hermosillo_command(&options),
         Some(Command::Consistency(options)) => monte_carlo::consistency_command(&options),
         Some(Command::Propagate(options)) => monte_carlo::propagate_command(&options),
         #[cfg(feature = "emulator")]
@@ -305,7 +309,7 @@ fn plot_command(args: &Plot) -> Result<()> {
 fn robots_command() -> Result<()> {
     for name in Robot::presets() {
         let description = Robot::load(name)?.description;
-        writeln!(std::io::stdout(), "{name:<14}{description}").context("standard output")?;
+        writeln!(std::io::stdout(), "{name:<20}{description}").context("standard output")?;
     }
     Ok(())
 }

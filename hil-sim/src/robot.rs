@@ -11,7 +11,7 @@ use vehicle_controller::params::{Id, ParamError, Params};
 use vehicle_controller::vehicle::Kind;
 
 /// The robots that come with the simulator: name and file.
-const PRESETS: [(&str, &str); 8] = [
+const PRESETS: [(&str, &str); 9] = [
     ("default", include_str!("../robots/default.toml")),
     ("uncalibrated", include_str!("../robots/uncalibrated.toml")),
     ("ideal", include_str!("../robots/ideal.toml")),
@@ -20,6 +20,10 @@ const PRESETS: [(&str, &str); 8] = [
     ("synchro", include_str!("../robots/synchro.toml")),
     ("tricycle", include_str!("../robots/tricycle.toml")),
     ("cycab", include_str!("../robots/cycab.toml")),
+    (
+        "cycab-uncalibrated",
+        include_str!("../robots/cycab-uncalibrated.toml"),
+    ),
 ];
 
 /// How the wheels follow their commands.

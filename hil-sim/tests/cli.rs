@@ -42,6 +42,7 @@ fn robots_lists_the_robots_with_a_description_each() {
         "synchro",
         "tricycle",
         "cycab",
+        "cycab-uncalibrated",
     ];
     assert_eq!(names, presets);
 }

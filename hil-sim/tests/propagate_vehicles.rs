@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 /// How far the journeys go, m, and how far in a row.
 const WAY: f64 = 10.0;
-const STEP: f64 = 0.05;
+const STEP: f64 = 0.1;
 
 /// A vehicle's counts (left and right, or drive and turn; the front wheels') and its steering angle on a step of ΔS with a curvature.
 struct Rolled {
@@ -38,7 +38,7 @@ fn recorded(
         }
         let whole = |sums: [f64; 2]| sums.map(|sum| sum.round() as i64);
         rows.push(Row {
-            t: f64::from(index) * 0.1,
+            t: f64::from(index) * 0.2,
             counts: whole(wheels),
             front: whole(front),
             steer: rolled.steer,

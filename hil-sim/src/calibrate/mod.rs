@@ -2,6 +2,7 @@
 
 mod commands;
 mod named;
+mod seen;
 mod verdict;
 
 pub use commands::{set_calibration, set_gains};

@@ -245,7 +245,9 @@ impl Errors {
         for track in tracks {
             entries.push((Swatch::Line(error_pen(track)), track.path.name.clone()));
         }
-        entries.push((Swatch::None, "dashed: 95 % bounds".into()));
+        if tracks.iter().any(|track| !track.path.covariance.is_empty()) {
+            entries.push((Swatch::None, "dashed: 95 % bounds".into()));
+        }
         entries
     }
 
