@@ -85,7 +85,7 @@ impl Base {
             .find_map(|_| store.poll(&params))
             .expect("a save ends");
         if store.flash().is_off() {
-            self.restart(Some(params), again);
+            self.restart(Some(&params), again);
             return;
         }
         if cut.is_some() {
@@ -103,7 +103,7 @@ impl Base {
     }
 
     /// Power goes and comes: the set that was there is there, or the `new` one that was being saved. It may fail while the store is opened, too.
-    fn restart(&mut self, new: Option<Params>, cut: Option<u32>) {
+    fn restart(&mut self, new: Option<&Params>, cut: Option<u32>) {
         let mut flash = self
             .store
             .take()
@@ -128,7 +128,7 @@ impl Base {
             }
         } else {
             assert!(
-                set == self.saved || new.is_some() && set == new,
+                set == self.saved || new.is_some() && set.as_ref() == new,
                 "neither the old set nor the new one: {found:?}"
             );
         }

@@ -1,5 +1,9 @@
 //! A base without a plant: a vehicle that follows perfectly, the real controller, desk and interpreter, stepped at 1 kHz.
 #![allow(dead_code, reason = "each test file uses a part of it")]
+#![allow(
+    clippy::large_types_passed_by_value,
+    reason = "a test makes parameters for one base"
+)]
 
 use std::f64::consts::PI;
 use vehicle_controller::controller::{Action, Controller, Estimate, Inputs, Interface, Snapshot};
