@@ -96,7 +96,7 @@ fn fill(snapshot: &View<'_>, row: &mut Row) -> Result<()> {
     row.battery = snapshot.member("supply")?.number()?;
     if let Some(steer) = &mut row.steer {
         let calibration = snapshot.member("estimator.calibration.gains")?;
-        *steer = snapshot.member("steering")?.number()?
+        *steer = snapshot.member("steering")?.element(0)?.number()?
             - calibration.element(OFFSET as u64)?.number()?;
     }
     fault(&snapshot.member("fault")?)?.clone_into(&mut row.fault);
