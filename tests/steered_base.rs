@@ -247,6 +247,31 @@ fn a_steering_that_does_not_follow_stops_the_base() {
     assert_eq!(base.snapshot().wheels[0].count, before);
 }
 
+/// A potentiometer's torn wire reads as far beyond the end of its way, where the cosine has the other sign; a number that is none is no angle either.
+#[test]
+fn a_sensor_that_says_what_cannot_be_stops_the_base_at_once() {
+    for reading in [-2.6, 2.6, f32::NAN, f32::INFINITY] {
+        let params = params(Kind::Tricycle, &[(Id::SteerMax, 90.0)]);
+        let mut base = Base::new(tricycle(&params), &params);
+        base.ask("m 9 0.3");
+        base.run(2.0);
+        let before = base.snapshot().wheels[0].count;
+        base.wires().pointer.is.set(reading);
+        // It points there whatever it is told.
+        base.rate = 0.0;
+        let mut farthest_back = 0;
+        for _ in 0..20 {
+            base.tick();
+            farthest_back = farthest_back.min(base.snapshot().wheels[0].count - before);
+        }
+        assert!(
+            base.lines().iter().any(|line| line == "! fault steering"),
+            "{reading}"
+        );
+        assert_eq!(farthest_back, 0, "{reading}: it has driven backward");
+    }
+}
+
 #[test]
 fn the_steering_is_told() {
     let mut base = cycab();

@@ -2,7 +2,7 @@
 
 use crate::run;
 use crate::trace_file::TraceFile;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use hil_sim::replay::{Log, Row};
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
@@ -26,7 +26,17 @@ pub fn journey(path: &Path, robot: &Robot, seed: u64) -> Result<Log> {
 pub fn simulated(script: &Script, name: &str, robot: &Robot, seed: u64) -> Result<Log> {
     let mut base = Rig::new(robot, seed)?;
     let trace = TraceFile::create(None, true, PERIOD)?;
-    let trace = run::run(&mut base, script, trace, &mut std::io::sink())?;
+    let mut said = Vec::new();
+    let trace = run::run(&mut base, script, trace, &mut said)?;
+    // What is learned of a base that stood, nobody should take for a drive.
+    for line in String::from_utf8_lossy(&said).lines() {
+        let is_trouble = line.contains("\t! fault") || line.contains("\tERR");
+        ensure!(
+            !is_trouble,
+            "{name}: the base said `{}`",
+            line.replace('\t', " s ")
+        );
+    }
     let rows = trace.map_or(Ok(Vec::new()), TraceFile::into_rows)?;
     Log::recorded(name.to_owned(), rows.iter().map(Row::from))
 }

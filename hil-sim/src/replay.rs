@@ -12,7 +12,7 @@ use std::path::Path;
 use vehicle_controller::controller::{Belief, Estimate, Estimator, Pose};
 use vehicle_controller::math::{upper_triangle, wrap};
 use vehicle_controller::params::Params;
-use vehicle_controller::vehicle::VirtualVehicle;
+use vehicle_controller::vehicle::{Kind, VirtualVehicle};
 
 /// A row of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +67,8 @@ pub struct Log {
     /// The file's name without its extension.
     pub name: String,
     rows: Vec<Row>,
+    /// It is of one motor only: a tricycle's.
+    has_one_motor: bool,
 }
 
 impl Log {
@@ -159,7 +161,10 @@ impl Log {
             bail!("{shown}: the log has no rows");
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        Self::new(name.into_owned(), rows)
+        Ok(Self {
+            has_one_motor: motors[1].is_none(),
+            ..Self::new(name.into_owned(), rows)?
+        })
     }
 
     /// A log of these rows: at least one, their times not falling.
@@ -173,7 +178,30 @@ impl Log {
         if !rows.is_sorted_by(|a, b| a.t <= b.t) {
             bail!("{name}: t goes backwards");
         }
-        Ok(Self { name, rows })
+        Ok(Self {
+            name,
+            rows,
+            has_one_motor: false,
+        })
+    }
+
+    /// # Errors
+    /// If it is not of such a vehicle: one that steers has steering angles, and no other has; a single motor is a tricycle's.
+    pub fn check(&self, vehicle: Kind) -> Result<()> {
+        let (name, steers) = (
+            &self.name,
+            matches!(vehicle, Kind::Tricycle | Kind::BiSteerable),
+        );
+        if steers && self.rows.iter().any(|row| row.steer.is_none()) {
+            bail!("{name}: there is no column `steer`, and the robot steers");
+        }
+        if !steers && self.rows.iter().any(|row| row.steer.is_some()) {
+            bail!("{name}: there is a column `steer`, and the robot does not steer: see --robot");
+        }
+        if self.has_one_motor && vehicle != Kind::Tricycle {
+            bail!("{name}: it is a tricycle's, with one motor, and the robot is none: see --robot");
+        }
+        Ok(())
     }
 
     /// Its rows, at least one.
@@ -264,6 +292,7 @@ pub fn replay_from(
     params: &Params,
     covariance: Matrix3<f64>,
 ) -> Result<Replay> {
+    log.check(params.vehicle())?;
     let harness = Harness::default();
     // A log's row may hold more counts than a narrow counter can.
     let robot = Robot {

@@ -381,16 +381,16 @@ impl Axis {
         self.pending == Pending::Nothing && !self.profile.has_landed()
     }
 
-    /// How well a vehicle of this speed follows the reference.
+    /// How well a vehicle of this speed follows the reference, which has had so much of the command's speed.
     #[inline]
     #[must_use]
-    pub fn following(&self, config: &AxisConfig, speed: f32) -> Following {
+    pub fn following(&self, config: &AxisConfig, speed: f32, share: f32) -> Following {
         if self.error.abs() < WAITING * config.max_error {
             return Following::Closely;
         }
         if self.error.abs() > FAR * config.max_error {
             Following::FarOff
-        } else if self.state != State::Hold && speed.abs() < HELD_UP * self.profile.pace() {
+        } else if self.state != State::Hold && speed.abs() < HELD_UP * share * self.profile.pace() {
             Following::HeldUp
         } else {
             Following::Closely

@@ -165,7 +165,7 @@ impl Estimator {
     /// Takes other parameters over; what was travelled keeps its old ones. `influence` is that of its gains.
     pub fn configure<C>(&mut self, config: &Config<C>, influence: Influence) {
         self.fold();
-        if config.anew || config.calibration != self.calibration {
+        if config.anew || !config.calibration.is_same(&self.calibration) {
             self.reckoning.absorb(&self.calibration.spread);
         }
         self.noise = config.noise;

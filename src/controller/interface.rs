@@ -395,7 +395,7 @@ impl<C> Interface<C> {
         let calibration = config.calibration;
         self.send(Action::Configure(config))?;
         self.limits = limits;
-        if geometry || calibration != self.calibration {
+        if geometry || !calibration.is_same(&self.calibration) {
             self.run_from = None;
             self.history.absorb(&self.calibration.spread);
             if let Some(answered) = &mut self.answered {

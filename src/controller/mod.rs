@@ -45,6 +45,7 @@ use axis::AxisEvent;
 use clock::{Clock, Elapsed};
 use heapless::Deque;
 use sensing::Readings;
+use steered::Steered;
 
 /// Motor power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +100,7 @@ pub struct Controller<V: VirtualVehicle> {
     emergency_done: u32,
     /// How much of the wanted speed the references have.
     share: f32,
+    steered: Steered,
     time: Instant,
     events: Events,
 }
@@ -149,6 +151,7 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
             emergency_ticket: 0,
             emergency_done: 0,
             share: 1.0,
+            steered: Steered::default(),
             time: Instant::from_ticks(0),
             events: Events::new(),
         }
@@ -469,11 +472,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     }
 
     fn drive(&mut self, supply: f32, dt: f32) -> Result<(), OutputError> {
-        let config = &self.config;
         let period = self.period;
         let speed = if self.vehicle.steers() {
-            self.steered_speed()
+            self.steered_speed(dt)
         } else {
+            let config = &self.config;
             Twist {
                 translation: self.translation.velocity(&config.translation, period),
                 rotation: self.rotation.velocity(&config.rotation, period),

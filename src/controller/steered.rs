@@ -2,13 +2,39 @@
 //! while it moves, not while it stands.
 
 use super::{Axis, AxisConfig, Controller, Event, axis::AxisEvent};
-use crate::math::smaller;
+use crate::math::{limit, smaller};
 use crate::vehicle::{Twist, VirtualVehicle};
+
+/// What is remembered of a vehicle that steers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Steered {
+    /// How much of their wanted speeds translation and rotation had last. A vehicle that does not steer has had all of it, as far as that goes.
+    pub(super) shares: [f32; 2],
+    /// What holding the heading has been found to take besides, 1/m: the curve that the steering's offset makes of straight ahead.
+    trim: f32,
+}
+
+impl Default for Steered {
+    fn default() -> Self {
+        Self {
+            shares: [1.0; 2],
+            trim: 0.0,
+        }
+    }
+}
+
+/// The trim turns the vehicle by no more than this over its heading distance, rad (6°).
+const MOST_TRIM: f32 = 0.1;
 
 impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
     /// How much of their wanted speeds translation and rotation have, if the wheels' motors leave them `share` of it: nothing while the wheels have to be
     /// pointed first, and of the rotation no more than the translation's reference makes of the tightest curve.
     pub(super) fn steered_shares(&mut self, share: f32) -> [f32; 2] {
+        self.steered.shares = self.shares_now(share);
+        self.steered.shares
+    }
+
+    fn shares_now(&mut self, share: f32) -> [f32; 2] {
         let present = Twist {
             translation: self.translation.reference_speed(),
             rotation: self.rotation.reference_speed(),
@@ -43,7 +69,9 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
 
     /// The speed to drive with. A heading error is taken out over some distance, so the slower the vehicle the weaker the correction, and none at rest; and
     /// while it turns in place, it does not translate.
-    pub(super) fn steered_speed(&self) -> Twist {
+    ///
+    /// What holding it takes for ever, as the steering is a little off, is learned while the reference stands: an integral over the distance.
+    pub(super) fn steered_speed(&mut self, dt: f32) -> Twist {
         let config = &self.config;
         let rests = |axis: &Axis| axis.is_settled();
         let translation = self.translation.velocity(&config.translation, self.period);
@@ -56,15 +84,27 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
                 translation: 0.0,
                 rotation: self.rotation.velocity(&config.rotation, self.period),
             },
-            _ => {
-                let per_second = translation.abs() / self.vehicle.heading_distance();
+            (false, holds) => {
+                let per_second = smaller(
+                    translation.abs() / self.vehicle.heading_distance(),
+                    config.rotation.gain,
+                );
                 let rotation = AxisConfig {
-                    gain: smaller(per_second, config.rotation.gain),
+                    gain: per_second,
                     ..config.rotation
                 };
+                let error = self.rotation.error();
+                if holds && error.abs() < rotation.max_error && translation != 0.0 {
+                    // With a quarter of the squared proportional gain, both per metre, the two together do not swing.
+                    let per_metre = per_second / translation;
+                    let found = 0.25 * per_metre * per_metre * error * translation * dt;
+                    let most = MOST_TRIM / self.vehicle.heading_distance();
+                    self.steered.trim = limit(self.steered.trim + found, most);
+                }
+                let speed = self.rotation.velocity(&rotation, self.period);
                 Twist {
                     translation,
-                    rotation: self.rotation.velocity(&rotation, self.period),
+                    rotation: speed + self.steered.trim * translation,
                 }
             }
         }

@@ -32,10 +32,13 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         let (config, axes) = (&self.config, (&self.translation, &self.rotation));
         let speed = self.motion.speed;
+        let [share, turn_share] = self.steered.shares;
         let following = || {
             [
-                axes.0.following(&config.translation, speed.translation),
-                axes.1.following(&config.rotation, speed.rotation),
+                axes.0
+                    .following(&config.translation, speed.translation, share),
+                axes.1
+                    .following(&config.rotation, speed.rotation, turn_share),
             ]
         };
         let found = self

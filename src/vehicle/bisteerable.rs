@@ -57,7 +57,7 @@ pub struct Config {
 }
 
 /// Below this speed (m/s) the car is all but at rest: it steers first.
-const CRAWL: f32 = 0.01;
+const CRAWL: f32 = 1e-3;
 
 /// A car: encoders and motors of the rear wheels, perhaps encoders of the front ones, and what steers it.
 #[derive(Debug)]
@@ -266,9 +266,9 @@ where
         self.geometry.path_curvature(self.helm.max_angle())
     }
 
-    /// The radius of the tightest circle.
+    /// From the reference point to the front axle.
     fn heading_distance(&self) -> f32 {
-        1.0 / self.max_curvature()
+        self.config.wheel_base - self.geometry.reference()
     }
 
     fn prepare(&mut self, present: Twist, next: Twist) -> bool {
@@ -364,7 +364,7 @@ where
         }
         self.helm.steer(self.aim, dt)?;
         // On the circle on which the wheels stand now: against it they would scrub.
-        let angle = self.helm.angle();
+        let angle = self.helm.angle_within();
         let wheels = |twist: Twist| {
             let rear = self.geometry.at_rear(twist, angle);
             self.geometry.wheel_speeds(rear.translation, angle).rear
@@ -377,7 +377,11 @@ where
             speeds = speeds.map(|speed| scale * speed);
             accelerations = accelerations.map(|acceleration| scale * acceleration);
         }
-        let measured = self.rear_observers.speeds();
+        // How far the wheels' speeds are from each other is the steering's to say. Two servos that both insisted would push against each other through the
+        // tyres, by all that track, diameters and steering are off: both take out what they have in common, as behind a differential gear.
+        let is = self.rear_observers.speeds();
+        let behind = 0.5 * ((speeds[0] - is[0]) + (speeds[1] - is[1]));
+        let measured = speeds.map(|speed| speed - behind);
         let command = |wheel: usize| WheelCommand {
             speed: speeds[wheel],
             acceleration: accelerations[wheel],

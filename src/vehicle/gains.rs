@@ -168,8 +168,19 @@ impl Calibration {
     };
     /// The smallest and the largest gain that any vehicle can have …
     pub const RANGE: [f32; 2] = [0.8, 1.25];
-    /// … and the largest offset, either way: rad, or rad/m.
-    pub const MAX_OFFSET: f32 = 0.25;
+    /// … and the largest offset, either way: rad, or rad/m. A little less than the 14° that its parameter can hold.
+    pub const MAX_OFFSET: f32 = 0.2443;
+
+    /// True if it is another one by no more than what an offset loses on its way to degrees and back.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        let rounding = of_each([0.0; OFFSET], 1e-6);
+        let pairs = self.gains.iter().zip(other.gains).zip(rounding);
+        self.spread == other.spread
+            && pairs
+                .into_iter()
+                .all(|((a, b), most)| (a - b).abs() <= most)
+    }
 
     /// True if every gain is within reason.
     #[must_use]

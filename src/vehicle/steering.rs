@@ -157,6 +157,8 @@ const PATIENCE: f32 = 0.5;
 const ASTRAY: f32 = 0.175;
 /// … for so long, s, is no lag any more.
 const LOST: f32 = 0.5;
+/// More readings than this in a row of an angle that it cannot have are no noise.
+const TORN: u8 = 10;
 
 /// Leads a steering to the angles that are wanted: no farther and no faster than it can.
 #[derive(Debug)]
@@ -171,6 +173,8 @@ pub struct Helm<S> {
     waited: f32,
     /// For so long it has been somewhere else, s; time for which it was not is taken off.
     astray: f32,
+    /// So many readings in a row were of an angle that it cannot have.
+    beyond: u8,
 }
 
 impl<S: Steering> Helm<S> {
@@ -183,6 +187,7 @@ impl<S: Steering> Helm<S> {
             commanded: None,
             waited: 0.0,
             astray: 0.0,
+            beyond: 0,
         };
         helm.configure(config);
         helm.sense();
@@ -203,7 +208,20 @@ impl<S: Steering> Helm<S> {
     /// Reads the sensor, and gives φ, rad.
     pub fn sense(&mut self) -> f32 {
         self.angle = self.steering.angle() + self.config.offset;
+        // Also for a NaN, which no comparison holds for.
+        let is_possible = self.angle.abs() <= self.config.max_angle + ASTRAY;
+        self.beyond = if is_possible {
+            0
+        } else {
+            self.beyond.saturating_add(1)
+        };
         self.angle
+    }
+
+    /// φ as of the last reading, or the end of its way that it is beyond: what a wheel's speed may be worked out with, rad.
+    #[must_use]
+    pub fn angle_within(&self) -> f32 {
+        limit(self.angle, self.config.max_angle)
     }
 
     /// φ as of the last reading, rad.
@@ -234,8 +252,8 @@ impl<S: Steering> Helm<S> {
         let left = wanted - from;
         let commanded = from + limit(left, max_rate * dt);
         self.waited = if left == 0.0 { self.waited + dt } else { 0.0 };
-        let is_off = (self.angle - commanded).abs() > ASTRAY;
-        self.astray = larger(self.astray + if is_off { dt } else { -dt }, 0.0);
+        let is_there = (self.angle - commanded).abs() <= ASTRAY;
+        self.astray = larger(self.astray + if is_there { -dt } else { dt }, 0.0);
         self.commanded = Some(commanded);
         self.steering.steer(commanded - offset)
     }
@@ -248,10 +266,10 @@ impl<S: Steering> Helm<S> {
             && ((self.angle - wanted).abs() < POINTED || self.waited > PATIENCE)
     }
 
-    /// True if it has been too far from where it was told to point for too long.
+    /// True if it has been too far from where it was told to point for too long, or its sensor says what cannot be: a torn wire.
     #[must_use]
     pub fn is_astray(&self) -> bool {
-        self.astray > LOST
+        self.astray > LOST || self.beyond > TORN
     }
 
     /// Lets go of the steering.

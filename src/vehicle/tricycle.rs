@@ -7,7 +7,7 @@ use super::{
     Counter, Drive, Encoder, GAINS, Influence, Motion, OutputError, Twist, VirtualVehicle, Wheel,
     WheelCommand, observer::Observers, servo,
 };
-use crate::math::{limit, sign, sin_cos, sqrt};
+use crate::math::{larger, limit, sign, sin_cos, sqrt};
 use core::f32::consts::FRAC_PI_2;
 use embedded_hal_02::Qei;
 pub use geometry::{Geometry, Steered};
@@ -35,9 +35,13 @@ pub struct Config {
 }
 
 /// Below this speed of its wheel (m/s) the vehicle is all but at rest: it steers first.
-const CRAWL: f32 = 0.01;
+const CRAWL: f32 = 1e-3;
 /// A wheel that can be turned so far, rad, rolls around the rear axle: the vehicle rotates without translating.
 pub const ASIDE: f32 = FRAC_PI_2 - 0.01;
+/// While the wheel is on its way aside, the vehicle goes so much faster ahead than it is to, at most, m/s.
+const AHEAD: f32 = 0.01;
+/// A wheel that is so far aside rolls around the rear axle, near enough: the cosine of its angle.
+const NEARLY_ASIDE: f32 = 0.2;
 /// A rotation with less translation than this share of it, at the wheel, is one in place.
 const IN_PLACE: f32 = 0.02;
 
@@ -176,6 +180,13 @@ where
 
     fn prepare(&mut self, present: Twist, next: Twist) -> bool {
         let crawls = self.pace(present) <= CRAWL;
+        let (_, cos) = sin_cos(self.helm.angle());
+        if !crawls && present.translation == 0.0 && cos.abs() > NEARLY_ASIDE {
+            // A turn that goes on in place: it waits until the wheel is aside.
+            self.sets_out = true;
+            self.aim = self.angle_for(present);
+            return false;
+        }
         self.sets_out = crawls && next != Twist::ZERO;
         if !crawls {
             return true;
@@ -233,11 +244,13 @@ where
         }
         self.helm.steer(self.aim, dt)?;
         // As the wheel points now, whether that is right already or not.
-        let angle = self.helm.angle();
+        let angle = self.helm.angle_within();
         let [measured] = self.observer.speeds();
+        let (_, cos) = sin_cos(angle);
+        let most = (speed.translation.abs() + AHEAD) / larger(cos.abs(), 1e-3);
         let command = WheelCommand {
             speed: limit(
-                self.geometry.speed_at(speed, angle),
+                limit(self.geometry.speed_at(speed, angle), most),
                 self.config.max_wheel_speed,
             ),
             acceleration: self.geometry.speed_at(acceleration, angle),

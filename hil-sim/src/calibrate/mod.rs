@@ -23,7 +23,7 @@ use vehicle_controller::controller::{
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::{self, Duration, Instant};
 use vehicle_controller::vehicle::gains::GainMatrix;
-use vehicle_controller::vehicle::{Calibration, GAINS};
+use vehicle_controller::vehicle::{Calibration, GAINS, Kind};
 
 /// Fixes of the pose, taken from a log's truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,6 +129,7 @@ struct Late {
 pub struct Learner {
     harness: Harness,
     controller: Controller<Vehicle>,
+    vehicle: Kind,
     desk: Desk,
     fixes: Fixes,
     gate: f32,
@@ -164,6 +165,7 @@ impl Learner {
         Ok(Self {
             harness,
             controller,
+            vehicle: params.vehicle(),
             desk,
             fixes: *fixes,
             gate: params.get(Id::Gate),
@@ -213,6 +215,7 @@ impl Learner {
     /// # Errors
     /// If the truth is not known, the wheels were faster than they can be, or a fix is refused for anything but the gate.
     pub fn learn(&mut self, log: &Log) -> Result<Taken> {
+        log.check(self.vehicle)?;
         let (first, last) = (log.rows()[0], log.rows()[log.len() - 1]);
         // Whatever is still under way, such as the last log's last fix, is done by then.
         self.begin = time::after(self.controller.snapshot().time, Duration::millis(1));

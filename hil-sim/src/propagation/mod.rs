@@ -277,11 +277,7 @@ pub fn propagate(
     );
     let params = &robot.params;
     let odometry = Odometry::of(params);
-    ensure!(
-        !steers(params.vehicle()) || log.rows().iter().all(|row| row.steer.is_some()),
-        "{}: there is no column `steer`, and the robot steers",
-        log.name
-    );
+    log.check(params.vehicle())?;
     let linear = *replay(log, robot, params)?.last();
     let (prior, noise) = (Prior::of(params), Noise::of(params));
     let steps = steps(log, &odometry, &prior.gains.into(), &noise);
