@@ -8,7 +8,7 @@ use crate::vehicle::{Twist, VirtualVehicle};
 /// What is remembered of a vehicle that steers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Steered {
-    /// How much of their wanted speeds translation and rotation had last. A vehicle that does not steer has had all of it, as far as that goes.
+    /// How much of their wanted speeds translation and rotation had last.
     pub(super) shares: [f32; 2],
     /// What holding the heading has been found to take besides, 1/m: the curve that the steering's offset makes of straight ahead.
     trim: f32,

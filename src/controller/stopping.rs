@@ -32,7 +32,11 @@ impl<V: VirtualVehicle<Config: Copy>> Controller<V> {
         }
         let (config, axes) = (&self.config, (&self.translation, &self.rotation));
         let speed = self.motion.speed;
-        let [share, turn_share] = self.steered.shares;
+        let [share, turn_share] = if self.vehicle.steers() {
+            self.steered.shares
+        } else {
+            [1.0; 2]
+        };
         let following = || {
             [
                 axes.0

@@ -174,12 +174,16 @@ impl Calibration {
     /// True if it is another one by no more than what an offset loses on its way to degrees and back.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
-        let rounding = of_each([0.0; OFFSET], 1e-6);
-        let pairs = self.gains.iter().zip(other.gains).zip(rounding);
-        self.spread == other.spread
-            && pairs
-                .into_iter()
-                .all(|((a, b), most)| (a - b).abs() <= most)
+        if OFFSETS == 0 {
+            return self == other;
+        }
+        let mut alike = *other;
+        for (offset, exact) in alike.gains.iter_mut().zip(self.gains).skip(OFFSET) {
+            if (*offset - exact).abs() <= 1e-6 {
+                *offset = exact;
+            }
+        }
+        alike == *self
     }
 
     /// True if every gain is within reason.
