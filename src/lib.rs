@@ -12,6 +12,7 @@
 //! * [`vehicle`]: encoder counts to (ΔS, Δα), (v_s, v_α) to wheel speeds, wheel speeds to duty. Differential drive, synchro drive, tricycle, bi-steerable car.
 //! * [`controller`]: odometry and the two axis machines, in terms of a virtual vehicle; the paper's interface procedures.
 //! * [`interpreter`]: the serial protocol.
+//! * [`map`]: places, and the uncertain motions between them.
 //! * [`params`]: what a base can be told of itself.
 //!
 //! Nothing here reads a clock, knows a board, allocates or panics: time comes in as an argument, peripherals through the traits of `embedded-hal`.
@@ -81,6 +82,7 @@ extern crate std;
 
 pub mod controller;
 pub mod interpreter;
+pub mod map;
 pub mod math;
 pub mod params;
 pub mod supervisor;

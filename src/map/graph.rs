@@ -1,0 +1,235 @@
+//! The graph: places, and the arcs between them [B §3].
+
+use super::{Cylinder, FARTHEST};
+use crate::math::{larger, smaller};
+use heapless::{String, Vec};
+
+/// The name of a place or of a landmark: up to 15 bytes.
+pub type Name = String<15, u8>;
+
+/// How many landmarks a place remembers.
+pub const LANDMARKS: usize = 4;
+
+/// Which place of a map. It stays the same until the map is forgotten.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PlaceId(u8);
+
+impl PlaceId {
+    pub(super) fn index(self) -> usize {
+        self.0.into()
+    }
+
+    pub(super) fn at(index: usize) -> Self {
+        Self(index as u8)
+    }
+}
+
+/// Why the map stayed as it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MapError {
+    /// No room for one more, or the name is longer than 15 bytes.
+    Full,
+    /// No such place, or no arc between the two.
+    Unknown,
+    /// Not what the map already knows of these two places: no pose satisfies both, so one of the bounds did not hold.
+    Contradiction,
+}
+
+impl core::fmt::Display for MapError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Full => "no room in the map",
+            Self::Unknown => "no such place or arc",
+            Self::Contradiction => "the map knows otherwise",
+        })
+    }
+}
+impl core::error::Error for MapError {}
+
+/// A place. Its frame is the pose in which it was marked.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Place {
+    /// What it is called.
+    pub name: Name,
+    /// The radius of its meadow, a disc of free space about its frame, m: who is there is in that disc.
+    pub meadow: f32,
+    /// The landmarks that are seen from it.
+    pub landmarks: Vec<Name, LANDMARKS, u8>,
+}
+
+impl Place {
+    /// True if that landmark is seen from here.
+    #[must_use]
+    pub fn has_landmark(&self, landmark: &str) -> bool {
+        self.landmarks.iter().any(|known| known == landmark)
+    }
+}
+
+/// What is known of the way from one place to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Arc {
+    /// Where it begins.
+    pub from: PlaceId,
+    /// Where it ends.
+    pub to: PlaceId,
+    /// Where the frame of `to` lies, as seen from that of `from`.
+    pub bound: Cylinder,
+    /// The smallest width of the freeway between the two, a straight corridor, m. `None` if none is known.
+    pub freeway: Option<f32>,
+}
+
+/// Places and arcs, in fixed memory: by default 32 and 96.
+///
+/// ```
+/// use vehicle_controller::map::{Cylinder, Map, Motion};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let mut map: Map = Map::new();
+/// let door = map.mark("door", 0.3)?;
+/// let desk = map.mark("desk", 0.5)?;
+/// // 2 m straight ahead, within 5° and 15 cm.
+/// let run = Motion { turn: 0.0, turn_bound: 0.0873, nearest: 1.85, farthest: 2.15 };
+/// map.connect(door, desk, &Cylinder::of_motion(&run)?)?;
+/// map.set_freeway(door, desk, 0.8)?;
+/// assert!(map.route(desk, door, 0.6).is_some());
+/// assert!(map.route(desk, door, 0.9).is_none());
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Map<const PLACES: usize = 32, const ARCS: usize = 96> {
+    places: Vec<Place, PLACES>,
+    arcs: Vec<Arc, ARCS>,
+}
+
+impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
+    /// A map of nothing.
+    #[must_use]
+    pub const fn new() -> Self {
+        const { assert!(PLACES <= 256, "a place is known by a byte") };
+        Self {
+            places: Vec::new(),
+            arcs: Vec::new(),
+        }
+    }
+
+    /// Forgets all of it.
+    pub fn forget(&mut self) {
+        self.places.clear();
+        self.arcs.clear();
+    }
+
+    /// Remembers a place with a meadow of that radius (m), or changes the meadow of one that is known by this name.
+    ///
+    /// # Errors
+    /// [`MapError::Full`].
+    pub fn mark(&mut self, name: &str, meadow: f32) -> Result<PlaceId, MapError> {
+        // A NaN becomes 0.
+        let meadow = smaller(larger(meadow, 0.0), FARTHEST);
+        if let Some(id) = self.find(name) {
+            self.place_mut(id)?.meadow = meadow;
+            return Ok(id);
+        }
+        let id = PlaceId::at(self.places.len());
+        let place = Place {
+            name: written(name)?,
+            meadow,
+            landmarks: Vec::new(),
+        };
+        self.places.push(place).map_err(|_| MapError::Full)?;
+        Ok(id)
+    }
+
+    /// Remembers that a landmark is seen from a place.
+    ///
+    /// # Errors
+    /// [`MapError::Unknown`], and [`MapError::Full`] if there are four others.
+    pub fn label(&mut self, place: PlaceId, landmark: &str) -> Result<(), MapError> {
+        let place = self.place_mut(place)?;
+        if place.has_landmark(landmark) {
+            return Ok(());
+        }
+        let landmark = written(landmark)?;
+        place.landmarks.push(landmark).map_err(|_| MapError::Full)
+    }
+
+    /// Remembers where the frame of `to` lies as seen from that of `from`. If that was known already, what both bounds have in common.
+    ///
+    /// # Errors
+    /// [`MapError::Unknown`], [`MapError::Full`], [`MapError::Contradiction`].
+    pub fn connect(
+        &mut self,
+        from: PlaceId,
+        to: PlaceId,
+        bound: &Cylinder,
+    ) -> Result<(), MapError> {
+        self.place_mut(from)?;
+        self.place_mut(to)?;
+        let known = |arc: &&mut Arc| arc.from == from && arc.to == to;
+        if let Some(arc) = self.arcs.iter_mut().find(known) {
+            arc.bound = arc.bound.common(bound).ok_or(MapError::Contradiction)?;
+            return Ok(());
+        }
+        let arc = Arc {
+            from,
+            to,
+            bound: *bound,
+            freeway: None,
+        };
+        self.arcs.push(arc).map_err(|_| MapError::Full)
+    }
+
+    /// Remembers that a straight corridor of at least that width (m) leads from one place to the other and back, along the arc between them. A width of 0
+    /// takes that back.
+    ///
+    /// # Errors
+    /// [`MapError::Unknown`] if there is no arc between the two.
+    pub fn set_freeway(&mut self, a: PlaceId, b: PlaceId, width: f32) -> Result<(), MapError> {
+        let freeway = if width > 0.0 { Some(width) } else { None };
+        let mut found = Err(MapError::Unknown);
+        for arc in &mut self.arcs {
+            if (arc.from, arc.to) == (a, b) || (arc.from, arc.to) == (b, a) {
+                arc.freeway = freeway;
+                found = Ok(());
+            }
+        }
+        found
+    }
+
+    /// The place of that name.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<PlaceId> {
+        let found = self.places.iter().position(|place| place.name == name);
+        found.map(PlaceId::at)
+    }
+
+    /// What is known of a place.
+    #[must_use]
+    pub fn place(&self, id: PlaceId) -> Option<&Place> {
+        self.places.get(id.index())
+    }
+
+    fn place_mut(&mut self, id: PlaceId) -> Result<&mut Place, MapError> {
+        self.places.get_mut(id.index()).ok_or(MapError::Unknown)
+    }
+
+    /// All places, as they were marked.
+    pub fn places(&self) -> impl Iterator<Item = (PlaceId, &Place)> {
+        let ids = (0..).map(PlaceId::at);
+        ids.zip(&self.places)
+    }
+
+    /// All arcs.
+    #[must_use]
+    pub fn arcs(&self) -> &[Arc] {
+        &self.arcs
+    }
+}
+
+/// A name, if it is short enough.
+fn written(name: &str) -> Result<Name, MapError> {
+    Name::try_from(name).map_err(|_| MapError::Full)
+}
