@@ -313,7 +313,7 @@ fn what_headings_have_in_common() {
     near(degrees(0.0, 20.0).common(&degrees(40.0, 20.0)), 20.0, 0.0);
     assert_eq!(degrees(0.0, 20.0).common(&degrees(41.0, 20.0)), None);
     assert!(!degrees(0.0, 20.0).meets(&degrees(41.0, 20.0)));
-    assert!(degrees(0.0, 180.0).is_any() && Heading::new(f32::NAN, 0.1).is_any());
+    assert!(Heading::new(0.0, PI).is_any() && Heading::new(f32::NAN, 0.1).is_any());
     assert!(Heading::new(0.0, f32::NAN).is_any() && Heading::new(1e9, 0.1).is_any());
 }
 

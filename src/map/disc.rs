@@ -51,8 +51,9 @@ impl Disc {
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         let reach = self.radius + other.radius + GRAIN;
-        // A NaN excludes nothing.
-        !(self.apart(other) > reach * reach * (1.0 + ROUNDING))
+        // What is no number excludes nothing.
+        let excluded = self.apart(other) > reach * reach * (1.0 + ROUNDING);
+        !excluded
     }
 
     /// The disc with the smaller radius.

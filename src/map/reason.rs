@@ -66,16 +66,31 @@ impl<const STOPS: usize> Journey<STOPS> {
 
     /// Goes on to a next stop, which lies within `arc` as seen from the one before.
     ///
-    /// Its bound is the tighter one of what follows from the stop before and of the whole chain, grouped from the right.
+    /// Each stop before, and the chain of arcs since, grouped from the right, gives a bound. This one's is what all of them have in common.
     ///
     /// # Errors
     /// [`JourneyError::Full`]; the journey is as it was.
     pub fn go(&mut self, arc: &Cylinder) -> Result<(), JourneyError> {
-        let on = self.here().then(arc);
         self.arcs.push(*arc).map_err(|_| JourneyError::Full)?;
-        let bound = on.tighter(&Cylinder::from_right(&self.arcs));
+        let bound = self.reached();
         // There is as much room as for the arcs.
         self.bounds.push(bound).map_err(|_| JourneyError::Full)
+    }
+
+    /// The bound of where the last arc ends.
+    fn reached(&self) -> Cylinder {
+        // The stop before each arc, the last one first; the first arc begins at the start.
+        let stops = self.bounds.iter().rev().map(Some).chain([None]);
+        let mut since: Option<Cylinder> = None;
+        let mut reached: Option<Cylinder> = None;
+        for (arc, stop) in self.arcs.iter().rev().zip(stops) {
+            let chain = since.map_or(*arc, |since| arc.then(&since));
+            let bound = stop.map_or(chain, |stop| stop.then(&chain));
+            // Nothing in common is for a confirmation to find out.
+            reached = Some(reached.map_or(bound, |known| known.common(&bound).unwrap_or(known)));
+            since = Some(chain);
+        }
+        reached.unwrap_or(Cylinder::HERE)
     }
 
     /// Backward reasoning. Of the present stop it is known besides that it lies within `bound`, as seen from the start: intersects, cascades the inverse of the
