@@ -86,7 +86,7 @@ impl Heading {
     }
 
     /// By how much the other one's η is further to the left, rad, within ±π but for rounding.
-    fn offset(&self, other: &Self) -> f32 {
+    fn offset(self, other: Self) -> f32 {
         reduced(Sum::new(other.centre).plus(Sum::new(-self.centre)))
     }
 
@@ -94,7 +94,7 @@ impl Heading {
     #[must_use]
     pub fn meets(&self, other: &Self) -> bool {
         let reach = self.half + other.half + ROUNDING;
-        self.is_any() || other.is_any() || self.offset(other).abs() <= reach
+        self.is_any() || other.is_any() || self.offset(*other).abs() <= reach
     }
 
     /// An interval about all that the two have in common, never wider than either; `None` if that is nothing.
@@ -110,7 +110,7 @@ impl Heading {
         } else {
             (self, other)
         };
-        let offset = narrow.offset(wide);
+        let offset = narrow.offset(*wide);
         if wide.is_any() || TAU - offset.abs() <= narrow.half + wide.half + ROUNDING {
             return Some(*narrow);
         }
