@@ -366,8 +366,8 @@ fn no_sample_is_outside_any_bound() {
             } else {
                 outside += 1;
             }
-            if admits(&other.heading, pose.theta) {
-                let held = headings.is_some_and(|heading| admits(&heading, pose.theta));
+            if admits(other.heading, pose.theta) {
+                let held = headings.is_some_and(|heading| admits(heading, pose.theta));
                 assert!(held, "{left:?} {other:?} {headings:?} {pose:?}");
             } else {
                 nothing += 1;

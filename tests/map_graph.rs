@@ -316,6 +316,7 @@ fn nothing_excluded_was_ever_true_in_any_map() {
 
 #[test]
 fn crossings_of_known_ways() {
+    use Crossing::{Cannot, May, Must};
     let at = |x, y, radius| Disc { x, y, radius };
     let told = |radius| {
         [
@@ -346,7 +347,6 @@ fn crossings_of_known_ways() {
             ),
         ]
     };
-    use Crossing::{Cannot, May, Must};
     assert_eq!(told(0.0), [Must, Cannot, Cannot, Cannot]);
     assert_eq!(told(0.2), [Must, Cannot, Cannot, Cannot]);
     assert_eq!(told(0.6), [May; 4]);

@@ -67,14 +67,14 @@ pub(crate) fn covers(disc: &Disc, x: f64, y: f64) -> bool {
 }
 
 /// True if the interval holds the heading.
-pub(crate) fn admits(heading: &Heading, theta: f64) -> bool {
+pub(crate) fn admits(heading: Heading, theta: f64) -> bool {
     heading.is_any()
         || off(theta - f64::from(heading.centre())).abs() <= f64::from(heading.half()) + EXACT
 }
 
 /// True if the cylinder holds the pose.
 pub(crate) fn holds(bound: &Cylinder, pose: Pose) -> bool {
-    covers(&bound.disc, pose.x, pose.y) && admits(&bound.heading, pose.theta)
+    covers(&bound.disc, pose.x, pose.y) && admits(bound.heading, pose.theta)
 }
 
 /// One of the two ends, or anything between, or the middle.
