@@ -103,7 +103,7 @@ impl Cylinder {
     ///     c₁₂ = c₁ + cos α₁ R(η₁) c₂     r₁₂ = r₁ + r₂ + d₂ sin α₁     η₁₂ = η₁ + η₂     α₁₂ = α₁ + α₂
     /// ```
     ///
-    /// From α₁ = 90° on c₁₂ = c₁ and r₁₂ = r₁ + r₂ + d₂; from α₁₂ = 180° on the heading is any. ([B] prints α₂ for α₁, which is no bound.)
+    /// From α₁ = 90° on c₁₂ = c₁ and r₁₂ = r₁ + r₂ + d₂; from α₁₂ = 180° on the heading is any. (\[B\] prints α₂ for α₁, which is no bound.)
     #[must_use]
     pub fn then(&self, next: &Self) -> Self {
         let (sin, cos) = sin_cos(self.heading.centre());
