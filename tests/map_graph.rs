@@ -5,7 +5,7 @@ mod mapped;
 
 use common::Random;
 use mapped::{Pose, bound_about, disc_about, holds, sample, usual_motion, within};
-use std::f32::consts::FRAC_PI_2;
+use std::f64::consts::FRAC_PI_2;
 use vehicle_controller::map::{
     Contradiction, Crossing, Cylinder, Disc, Heading, Journey, JourneyError, Map, MapError, Motion,
     PlaceId, crossing,
@@ -32,7 +32,7 @@ fn bound(motion: &Motion) -> Cylinder {
 }
 
 /// Whoever is in a meadow about the start, facing as at the start within `half`.
-fn in_meadow(radius: f32, half: f32) -> Cylinder {
+fn in_meadow(radius: f64, half: f64) -> Cylinder {
     Cylinder {
         disc: Disc::about(radius),
         heading: Heading::new(0.0, half),
@@ -72,20 +72,20 @@ fn figure_5_a_landmark_shrinks_the_circles_before() {
     let before = journey.bounds().to_vec();
     let shrunk = journey.confirm(&in_meadow(0.2, SIDE.turn_bound)).unwrap();
     let after = journey.bounds();
-    let radius = |bound: &Cylinder| f64::from(bound.disc.radius);
+    let radius = |bound: &Cylinder| bound.disc.radius;
     // The confirmed place and the one before; the second one's circle was 0.29 m and is no smaller.
     assert_eq!(shrunk, 2);
-    assert!((radius(&after[3]) - 0.2).abs() < 1e-5);
+    assert!((radius(&after[3]) - 0.2).abs() < 1e-9);
     // In closed form: the meadow 0.2, the arc's own circle r, and d sin 5° of it twice, inverted and turned; the intersection is smaller still.
     let arc = bound(&SIDE);
-    let [d, r] = [arc.disc.distance(), arc.disc.radius].map(f64::from);
+    let [d, r] = [arc.disc.distance(), arc.disc.radius];
     let cascade = 0.2 + r + d * 5_f64.to_radians().sin() * (1.0 + 5_f64.to_radians().cos());
     println!(
         "third place: {} before, {cascade} cascaded, {} after",
         radius(&before[2]),
         radius(&after[2])
     );
-    assert!(radius(&after[2]) <= cascade + 1e-5);
+    assert!(radius(&after[2]) <= cascade + 1e-9);
     assert!(radius(&after[2]) < 0.95 * radius(&before[2]));
     assert_eq!(after[..2], before[..2]);
     // Again it tells nothing new.
@@ -218,7 +218,7 @@ fn world(random: &mut Random) -> World {
     let mut map = Map::new();
     let mut places: Vec<(PlaceId, Pose)> = Vec::new();
     for name in ["p0", "p1", "p2", "p3", "p4", "p5", "p6", "p7"] {
-        let id = map.mark(name, within(random, 0.1, 1.0) as f32).unwrap();
+        let id = map.mark(name, within(random, 0.1, 1.0)).unwrap();
         let pose = if places.is_empty() {
             Pose::default()
         } else {
@@ -276,7 +276,7 @@ fn nothing_excluded_was_ever_true_in_any_map() {
         }
         // Somewhere in a meadow.
         let (id, pose) = seen[0];
-        let meadow = f64::from(map.place(id).unwrap().meadow);
+        let meadow = map.place(id).unwrap().meadow;
         let facing = random.between(-3.0, 3.0);
         let [turn, run] = [random.between(-3.0, 3.0), within(&mut random, 0.0, meadow)];
         let inside = Pose::default().after([turn, run]);
@@ -287,7 +287,7 @@ fn nothing_excluded_was_ever_true_in_any_map() {
         let (from, start) = places[random.below(8)];
         let seen_from = start.inverse().then(me);
         let here = bound_about(&mut random, seen_from, 0.5, 0.3);
-        let face = Heading::new(facing as f32, 0.01);
+        let face = Heading::new(facing, 0.01);
         assert!(map.is_plausible(from, &here, id, face));
         assert!(map.is_plausible(from, &here, id, Heading::ANY));
         let plausible = |id: &PlaceId| map.is_plausible(from, &here, *id, Heading::ANY);
@@ -356,7 +356,7 @@ fn crossings_of_known_ways() {
         crossing(&place, &at(1.0, 0.0, 0.1), &place, &at(0.0, 1.0, 0.1)),
         May
     );
-    let nowhere = at(f32::NAN, 0.0, 0.1);
+    let nowhere = at(f64::NAN, 0.0, 0.1);
     assert_eq!(
         crossing(&nowhere, &place, &at(5.0, 5.0, 0.1), &at(6.0, 5.0, 0.1)),
         May
@@ -378,7 +378,7 @@ fn no_sample_crosses_otherwise_than_told() {
         told[crossing as usize] += 1;
         for _ in 0..100 {
             let points = ends.map(|disc| {
-                let [x, y, radius] = [disc.x, disc.y, disc.radius].map(f64::from);
+                let [x, y, radius] = [disc.x, disc.y, disc.radius];
                 let away = within(&mut random, 0.0, radius);
                 let (sin, cos) = random.between(-3.2, 3.2).sin_cos();
                 [x + away * cos, y + away * sin]
@@ -401,12 +401,12 @@ fn routes_are_as_short_as_any() {
     for _ in 0..300 {
         let World { mut map, places } = world(&mut random);
         for arc in map.arcs().to_vec() {
-            let width = random.between(-0.3, 1.5).max(0.0) as f32;
+            let width = random.between(-0.3, 1.5).max(0.0);
             map.set_freeway(arc.from, arc.to, width).unwrap();
         }
-        let width = random.between(0.1, 1.0) as f32;
+        let width = random.between(0.1, 1.0);
         let at = |id: PlaceId| places.iter().position(|(place, _)| *place == id).unwrap();
-        let mut shortest = [[f32::INFINITY; 8]; 8];
+        let mut shortest = [[f64::INFINITY; 8]; 8];
         for (place, row) in shortest.iter_mut().enumerate() {
             row[place] = 0.0;
         }
@@ -436,9 +436,9 @@ fn routes_are_as_short_as_any() {
                     continue;
                 };
                 assert_eq!((route.first(), route.last()), (Some(from), Some(to)));
-                let length: f32 = route.windows(2).map(|w| steps[at(w[0])][at(w[1])]).sum();
+                let length: f64 = route.windows(2).map(|w| steps[at(w[0])][at(w[1])]).sum();
                 // The sums' roundings.
-                assert!((length - least).abs() <= 1e-5 * (1.0 + least), "{route:?}");
+                assert!((length - least).abs() <= 1e-9 * (1.0 + least), "{route:?}");
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Whether two straight ways cross, as far as their ends are known [B §3.3].
 
+use super::real::{larger, smaller, sqrt};
 use super::{Disc, Map, PlaceId, ROUNDING};
-use crate::math::{larger, smaller, sqrt};
 
 /// What can be told of two straight ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,11 +60,11 @@ pub fn crossing(a: &Disc, b: &Disc, c: &Disc, d: &Disc) -> Crossing {
 }
 
 /// From one centre to the other.
-fn vector(from: &Disc, to: &Disc) -> [f32; 2] {
+fn vector(from: &Disc, to: &Disc) -> [f64; 2] {
     [to.x - from.x, to.y - from.y]
 }
 
-fn length([x, y]: [f32; 2]) -> f32 {
+fn length([x, y]: [f64; 2]) -> f64 {
     sqrt(x * x + y * y)
 }
 
@@ -90,7 +90,7 @@ fn side(a: &Disc, b: &Disc, c: &Disc) -> Option<bool> {
 }
 
 /// True if all of the discs `beyond` lie further in the direction n than all of the discs `before`.
-fn divides(n: [f32; 2], before: [&Disc; 2], beyond: [&Disc; 2]) -> bool {
+fn divides(n: [f64; 2], before: [&Disc; 2], beyond: [&Disc; 2]) -> bool {
     let [origin, other] = before;
     let size = length(n);
     let along = |disc: &Disc| {

@@ -1,21 +1,21 @@
 //! Uncertainty cylinders [B §4.3], as theory section 9 corrects them.
 
+use super::real::{sin_cos, sqrt};
 use super::{Disc, FARTHEST, GRAIN, Heading, ROUNDING};
-use crate::math::{sin_cos, sqrt};
-use core::f32::consts::{FRAC_PI_2, FRAC_PI_3};
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
 /// What a motion is known to have been: a turn in place by η ± α, then a straight run of d_l to d_h.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Motion {
     /// η, counter-clockwise, rad.
-    pub turn: f32,
+    pub turn: f64,
     /// α, rad. Beyond 180° the heading may be any.
-    pub turn_bound: f32,
+    pub turn_bound: f64,
     /// d_l, m; below 0 is backwards.
-    pub nearest: f32,
+    pub nearest: f64,
     /// d_h ≥ d_l, m.
-    pub farthest: f32,
+    pub farthest: f64,
 }
 
 /// No bound of a motion: not finite, longer than [`FARTHEST`], or its ends in the wrong order.
@@ -33,7 +33,7 @@ impl core::error::Error for Improper {}
 /// A bound of a pose as seen from another one: (d, β, r, η, α). The position lies in the disc of radius r about the point at the distance d and the bearing β,
 /// the heading within η ± α.
 ///
-/// Every operation gives a bound of all that its arguments admit, in f32 too: results are widened by 2⁻²⁰ of the lengths and of the radians.
+/// Every operation gives a bound of all that its arguments admit, in f64 too: results are widened by 2⁻⁴⁰ of the lengths and of the radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cylinder {
@@ -198,7 +198,7 @@ impl Cylinder {
 }
 
 /// d and r of a straight run of near to far ≥ |near|, whose direction is as uncertain as the heading.
-fn reach(near: f32, far: f32, heading: Heading) -> (f32, f32) {
+fn reach(near: f64, far: f64, heading: Heading) -> (f64, f64) {
     let alpha = heading.half();
     let (middle, half) = (0.5 * (near + far), 0.5 * (far - near));
     if near < 0.0 {
@@ -218,7 +218,7 @@ fn reach(near: f32, far: f32, heading: Heading) -> (f32, f32) {
 }
 
 /// sin α and cos α, for α ≥ 90° those of 90°: how far to the side a point may lie, and how far ahead the middle of where it may.
-fn spread(heading: Heading) -> (f32, f32) {
+fn spread(heading: Heading) -> (f64, f64) {
     if heading.half() < FRAC_PI_2 {
         sin_cos(heading.half())
     } else {

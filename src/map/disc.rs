@@ -1,27 +1,27 @@
 //! Discs of the plane, and what two of them have in common.
 
+use super::real::{larger, length, smaller, sqrt};
 use super::{GRAIN, ROUNDING};
-use crate::math::{larger, smaller, sqrt};
 
-/// The longest length in a map, m. Its square is far from the end of an f32's range.
-pub const FARTHEST: f32 = 1e6;
+/// The longest length in a map, m. Its square is far from the end of an f64's range.
+pub const FARTHEST: f64 = 1e6;
 
 /// A bound of a position: it lies in this disc. All finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Disc {
     /// The centre, ahead of the frame that the disc is seen from, m.
-    pub x: f32,
+    pub x: f64,
     /// The centre, to the left of it, m.
-    pub y: f32,
+    pub y: f64,
     /// The radius, m, 0 or more.
-    pub radius: f32,
+    pub radius: f64,
 }
 
 impl Disc {
     /// A disc about the frame itself.
     #[must_use]
-    pub const fn about(radius: f32) -> Self {
+    pub const fn about(radius: f64) -> Self {
         Self {
             x: 0.0,
             y: 0.0,
@@ -31,18 +31,18 @@ impl Disc {
 
     /// d, the distance of the centre from the frame, m.
     #[must_use]
-    pub fn distance(&self) -> f32 {
-        sqrt(self.x * self.x + self.y * self.y)
+    pub fn distance(&self) -> f64 {
+        length(self.x, self.y)
     }
 
     /// β, the bearing of the centre from the frame, rad in ±π; 0 if the centre is there.
     #[must_use]
-    pub fn bearing(&self) -> f32 {
-        libm::atan2f(self.y, self.x)
+    pub fn bearing(&self) -> f64 {
+        libm::atan2(self.y, self.x)
     }
 
     /// The square of the distance of the two centres, m².
-    fn apart(&self, other: &Self) -> f32 {
+    fn apart(&self, other: &Self) -> f64 {
         let (dx, dy) = (other.x - self.x, other.y - self.y);
         dx * dx + dy * dy
     }

@@ -1,7 +1,7 @@
 //! The graph: places, and the arcs between them [B §3].
 
+use super::real::{larger, smaller};
 use super::{Cylinder, FARTHEST};
-use crate::math::{larger, smaller};
 use heapless::{String, Vec};
 
 /// The name of a place or of a landmark: up to 15 bytes.
@@ -55,7 +55,7 @@ pub struct Place {
     /// What it is called.
     pub name: Name,
     /// The radius of its meadow, a disc of free space about its frame, m: who is there is in that disc.
-    pub meadow: f32,
+    pub meadow: f64,
     /// The landmarks that are seen from it.
     pub landmarks: Vec<Name, LANDMARKS, u8>,
 }
@@ -79,7 +79,7 @@ pub struct Arc {
     /// Where the frame of `to` lies, as seen from that of `from`.
     pub bound: Cylinder,
     /// The smallest width of the freeway between the two, a straight corridor, m. `None` if none is known.
-    pub freeway: Option<f32>,
+    pub freeway: Option<f64>,
 }
 
 /// Places and arcs, in fixed memory: by default 32 and 96.
@@ -126,7 +126,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     ///
     /// # Errors
     /// [`MapError::Full`].
-    pub fn mark(&mut self, name: &str, meadow: f32) -> Result<PlaceId, MapError> {
+    pub fn mark(&mut self, name: &str, meadow: f64) -> Result<PlaceId, MapError> {
         // A NaN becomes 0.
         let meadow = smaller(larger(meadow, 0.0), FARTHEST);
         if let Some(id) = self.find(name) {
@@ -187,7 +187,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     ///
     /// # Errors
     /// [`MapError::Unknown`] if there is no arc between the two.
-    pub fn set_freeway(&mut self, a: PlaceId, b: PlaceId, width: f32) -> Result<(), MapError> {
+    pub fn set_freeway(&mut self, a: PlaceId, b: PlaceId, width: f64) -> Result<(), MapError> {
         let freeway = if width > 0.0 { Some(width) } else { None };
         let mut found = Err(MapError::Unknown);
         for arc in &mut self.arcs {

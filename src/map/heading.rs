@@ -1,20 +1,21 @@
 //! Intervals of headings, modulo 360°.
 
 use super::ROUNDING;
-use crate::math::{Sum, larger, reduced, smaller};
-use core::f32::consts::{PI, TAU};
+use super::real::{larger, smaller};
+use crate::math::wrap;
+use core::f64::consts::{PI, TAU};
 
-/// Beyond this there is no angle left in an f32, rad.
-const MOST: f32 = 1e5;
+/// Beyond this an f64 rounds an angle by more than 1e-13, rad.
+const MOST: f64 = 1e3;
 
 /// A bound of a heading: η ± α, modulo 360°. With α ≥ 180° it is any heading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Heading {
     /// η, within ±π but for rounding.
-    centre: f32,
+    centre: f64,
     /// α, from 0 to π.
-    half: f32,
+    half: f64,
 }
 
 impl Heading {
@@ -32,18 +33,18 @@ impl Heading {
 
     /// η ± α, rad. α ≥ π and what is not finite mean any heading; the sign of α does not count.
     #[must_use]
-    pub fn new(centre: f32, half: f32) -> Self {
+    pub fn new(centre: f64, half: f64) -> Self {
         if centre.abs() <= PI {
             Self::bounded(centre, half.abs())
         } else if centre.abs() <= MOST {
-            Self::bounded(reduced(Sum::new(centre)), half.abs() + ROUNDING)
+            Self::bounded(wrap(centre), half.abs() + ROUNDING)
         } else {
             Self::ANY
         }
     }
 
     /// For an η within ±π but for rounding.
-    fn bounded(centre: f32, half: f32) -> Self {
+    fn bounded(centre: f64, half: f64) -> Self {
         if half < PI {
             Self { centre, half }
         } else {
@@ -53,13 +54,13 @@ impl Heading {
 
     /// η, rad, within ±π but for rounding.
     #[must_use]
-    pub fn centre(&self) -> f32 {
+    pub fn centre(&self) -> f64 {
         self.centre
     }
 
     /// α, rad, from 0 to π.
     #[must_use]
-    pub fn half(&self) -> f32 {
+    pub fn half(&self) -> f64 {
         self.half
     }
 
@@ -72,8 +73,8 @@ impl Heading {
     /// The heading after a turn by another one: η₁ + η₂ ± (α₁ + α₂).
     #[must_use]
     pub fn turned(&self, by: &Self) -> Self {
-        let centre = Sum::new(self.centre).plus(Sum::new(by.centre));
-        Self::bounded(reduced(centre), self.half + by.half + ROUNDING)
+        let centre = self.centre + by.centre;
+        Self::bounded(wrap(centre), self.half + by.half + ROUNDING)
     }
 
     /// Of the frame that the heading is seen from, as seen from it: −η ± α.
@@ -86,8 +87,8 @@ impl Heading {
     }
 
     /// By how much the other one's η is further to the left, rad, within ±π but for rounding.
-    fn offset(self, other: Self) -> f32 {
-        reduced(Sum::new(other.centre).plus(Sum::new(-self.centre)))
+    fn offset(self, other: Self) -> f64 {
+        wrap(other.centre - self.centre)
     }
 
     /// False only if the two have no heading in common.
@@ -116,11 +117,11 @@ impl Heading {
         }
         let low = larger(-narrow.half, offset - wide.half);
         let high = smaller(narrow.half, offset + wide.half);
-        // The offset is rounded, the ends, and the new centre: together 1.2e-6.
+        // The offset is rounded, the ends, and the new centre: together some 1e-15.
         let half = 0.5 * (high - low) + 2.0 * ROUNDING;
         if half < narrow.half {
-            let centre = Sum::new(narrow.centre).plus(Sum::new(0.5 * (high + low)));
-            Some(Self::bounded(reduced(centre), half))
+            let centre = narrow.centre + 0.5 * (high + low);
+            Some(Self::bounded(wrap(centre), half))
         } else {
             Some(*narrow)
         }

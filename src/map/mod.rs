@@ -16,6 +16,7 @@ mod cylinder;
 mod disc;
 mod graph;
 mod heading;
+mod real;
 mod reason;
 mod route;
 
@@ -27,11 +28,10 @@ pub use heading::Heading;
 pub use reason::{Contradiction, Journey, JourneyError};
 pub use route::Route;
 
-/// What every computed bound is widened by, so that it holds in f32 too: 2⁻²⁰ of the lengths that went into it, a micrometre a metre; and as many radians.
+/// What every computed bound is widened by, so that it holds though f64 rounds: 2⁻⁴⁰ of the lengths that went into it, a picometre a metre; and as many radians.
 ///
-/// It is 16 roundings. Turning a length and scaling it by a cosine takes 9 at most: sine and cosine are good to 2 each ([`sin_cos`](crate::math::sin_cos)),
-/// the cosine of the scale to 2, products and sums to ½ each. A radius that grows by a length times a sine takes 5 more.
-const ROUNDING: f32 = 9.536_743e-7;
+/// A sine or a cosine is good to 1e-14, and no result takes more than a dozen roundings of 1e-16 besides.
+const ROUNDING: f64 = 9.094_947_017_729_282e-13;
 
-/// What every computed radius is widened by besides, m: squares below an f32's range are of less.
-const GRAIN: f32 = 1e-9;
+/// What every computed radius is widened by besides, m: it is no less than that of a disc without size whose centre is rounded.
+const GRAIN: f64 = 1e-12;

@@ -10,7 +10,7 @@ pub type Route<const PLACES: usize> = Vec<PlaceId, PLACES>;
 #[derive(Clone, Copy)]
 enum Least {
     /// The length, through freeways of at least this width, m.
-    Length(f32),
+    Length(f64),
     /// The radius of the bound.
     Radius,
 }
@@ -18,7 +18,7 @@ enum Least {
 /// The best way to a place that is known so far.
 #[derive(Clone, Copy)]
 struct Way {
-    cost: f32,
+    cost: f64,
     bound: Cylinder,
     /// The place before the last one. The first place's is itself.
     before: PlaceId,
@@ -41,7 +41,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     /// The shortest route from one place to another through freeways of at least `width` (m); the two alone, or the one, if there is nothing between. `None`
     /// if there is none. An arc counts with the distance of its disc's centre.
     #[must_use]
-    pub fn route(&self, from: PlaceId, to: PlaceId, width: f32) -> Option<Route<PLACES>> {
+    pub fn route(&self, from: PlaceId, to: PlaceId, width: f64) -> Option<Route<PLACES>> {
         let ways = self.search(from, to, Least::Length(width))?;
         let mut route = Route::new();
         let mut place = to;

@@ -55,21 +55,20 @@ pub(crate) fn off(angle: f64) -> f64 {
 
 /// The distance of a point from the centre of the disc, in units of its radius.
 pub(crate) fn share(disc: &Disc, x: f64, y: f64) -> f64 {
-    let [dx, dy] = [x - f64::from(disc.x), y - f64::from(disc.y)];
-    dx.hypot(dy) / f64::from(disc.radius)
+    let [dx, dy] = [x - disc.x, y - disc.y];
+    dx.hypot(dy) / disc.radius
 }
 
 /// True if the disc holds the point, but for what float64 rounds.
 pub(crate) fn covers(disc: &Disc, x: f64, y: f64) -> bool {
-    let [cx, cy, radius] = [disc.x, disc.y, disc.radius].map(f64::from);
+    let [cx, cy, radius] = [disc.x, disc.y, disc.radius];
     let rounding = EXACT * (cx.hypot(cy) + radius);
     (x - cx).hypot(y - cy) <= radius + rounding
 }
 
 /// True if the interval holds the heading.
 pub(crate) fn admits(heading: Heading, theta: f64) -> bool {
-    heading.is_any()
-        || off(theta - f64::from(heading.centre())).abs() <= f64::from(heading.half()) + EXACT
+    heading.is_any() || off(theta - heading.centre()).abs() <= heading.half() + EXACT
 }
 
 /// True if the cylinder holds the pose.
@@ -89,8 +88,8 @@ pub(crate) fn within(random: &mut Random, low: f64, high: f64) -> f64 {
 
 /// A motion that these bounds admit: the turn and the run.
 pub(crate) fn sample(random: &mut Random, motion: &Motion) -> [f64; 2] {
-    let [turn, bound] = [motion.turn, motion.turn_bound].map(f64::from);
-    let [nearest, farthest] = [motion.nearest, motion.farthest].map(f64::from);
+    let [turn, bound] = [motion.turn, motion.turn_bound];
+    let [nearest, farthest] = [motion.nearest, motion.farthest];
     [
         turn + within(random, -bound, bound),
         within(random, nearest, farthest),
@@ -120,10 +119,10 @@ pub(crate) fn any_motion(random: &mut Random) -> Motion {
     let turns = if random.below(16) == 0 { 10.0 } else { 1.0 };
     let spread = spread * length.abs().max(0.05);
     Motion {
-        turn: random.between(-PI * turns, PI * turns) as f32,
-        turn_bound: bound as f32,
-        nearest: (length - spread) as f32,
-        farthest: (length + spread) as f32,
+        turn: random.between(-PI * turns, PI * turns),
+        turn_bound: bound,
+        nearest: (length - spread),
+        farthest: (length + spread),
     }
 }
 
@@ -132,10 +131,10 @@ pub(crate) fn usual_motion(random: &mut Random) -> Motion {
     let length = random.between(0.3, 5.0);
     let spread = 0.05 + 0.05 * length;
     Motion {
-        turn: random.between(-PI, PI) as f32,
-        turn_bound: 5_f32.to_radians(),
-        nearest: (length - spread) as f32,
-        farthest: (length + spread) as f32,
+        turn: random.between(-PI, PI),
+        turn_bound: 5_f64.to_radians(),
+        nearest: (length - spread),
+        farthest: (length + spread),
     }
 }
 
@@ -144,9 +143,9 @@ pub(crate) fn disc_about(random: &mut Random, [x, y]: [f64; 2], radius: f64) -> 
     let direction = random.between(-PI, PI);
     let away = within(random, 0.0, 0.999) * radius;
     Disc {
-        x: (x + away * direction.cos()) as f32,
-        y: (y + away * direction.sin()) as f32,
-        radius: (radius + 1e-6 * (1.0 + x.abs() + y.abs())) as f32,
+        x: (x + away * direction.cos()),
+        y: (y + away * direction.sin()),
+        radius: radius + 1e-9 * (1.0 + x.abs() + y.abs()),
     }
 }
 
@@ -155,6 +154,6 @@ pub(crate) fn bound_about(random: &mut Random, pose: Pose, radius: f64, half: f6
     let off_centre = within(random, -0.999, 0.999) * half;
     Cylinder {
         disc: disc_about(random, [pose.x, pose.y], radius),
-        heading: Heading::new((pose.theta + off_centre) as f32, (half + 1e-5) as f32),
+        heading: Heading::new(pose.theta + off_centre, half + 1e-9),
     }
 }
