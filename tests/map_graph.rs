@@ -7,8 +7,8 @@ use common::Random;
 use mapped::{Pose, bound_about, disc_about, holds, sample, usual_motion, within};
 use std::f64::consts::FRAC_PI_2;
 use vehicle_controller::map::{
-    Contradiction, Crossing, Cylinder, Disc, Heading, Journey, JourneyError, Map, MapError, Motion,
-    PlaceId, crossing,
+    Contradiction, Crossing, Cylinder, Disc, Gaussian, Heading, Journey, JourneyError, Map,
+    MapError, Motion, PlaceId, crossing,
 };
 
 /// 1 m after a quarter turn, with the paper's ±5° and ±5 cm.
@@ -39,6 +39,15 @@ fn in_meadow(radius: f64, half: f64) -> Cylinder {
     }
 }
 
+fn connect<const P: usize, const A: usize>(
+    map: &mut Map<P, A>,
+    from: PlaceId,
+    to: PlaceId,
+    bound: &Cylinder,
+) -> Result<(), MapError> {
+    map.connect(from, to, bound, &Gaussian::about(bound))
+}
+
 fn square() -> Journey {
     let mut journey = Journey::new();
     for _ in 0..4 {
@@ -53,7 +62,7 @@ fn figure_4_after_a_square_it_is_plausible_to_be_back() {
     let mut map: Map = Map::new();
     let start = map.mark("start", 0.2).unwrap();
     let elsewhere = map.mark("elsewhere", 0.2).unwrap();
-    map.connect(start, elsewhere, &bound(&AHEAD)).unwrap();
+    connect(&mut map, start, elsewhere, &bound(&AHEAD)).unwrap();
     let is_there = |here, place| map.is_plausible(start, &here, place, Heading::ANY);
     assert!(is_there(journey.here(), start));
     // 2 m away is further than 0.70 m and the meadow.
@@ -147,18 +156,18 @@ fn places_and_arcs_fill_up() {
         ("l5", Err(MapError::Full)),
         ("l4", Ok(())),
     ] {
-        assert_eq!(map.label(ids[0], label), is, "{label}");
+        assert_eq!(map.label(ids[0], label, None), is, "{label}");
     }
     let arc = bound(&SIDE);
     assert_eq!(map.set_freeway(ids[0], ids[1], 1.0), Err(MapError::Unknown));
-    map.connect(ids[0], ids[1], &arc).unwrap();
-    map.connect(ids[1], ids[2], &arc).unwrap();
-    assert_eq!(map.connect(ids[2], ids[0], &arc), Err(MapError::Full));
+    connect(&mut map, ids[0], ids[1], &arc).unwrap();
+    connect(&mut map, ids[1], ids[2], &arc).unwrap();
+    assert_eq!(connect(&mut map, ids[2], ids[0], &arc), Err(MapError::Full));
     // The same arc again: what both have in common. What has nothing in common is refused.
-    map.connect(ids[0], ids[1], &arc).unwrap();
+    connect(&mut map, ids[0], ids[1], &arc).unwrap();
     assert_eq!(map.arcs()[0].bound, arc);
     assert_eq!(
-        map.connect(ids[0], ids[1], &arc.inverse()),
+        connect(&mut map, ids[0], ids[1], &arc.inverse()),
         Err(MapError::Contradiction)
     );
     assert_eq!(map.arcs()[0].bound, arc);
@@ -166,7 +175,10 @@ fn places_and_arcs_fill_up() {
     assert_eq!(map.arcs()[0].freeway, Some(1.0));
     map.forget();
     assert_eq!(map, Map::new());
-    for result in [map.connect(ids[0], ids[1], &arc), map.label(ids[0], "l1")] {
+    for result in [
+        connect(&mut map, ids[0], ids[1], &arc),
+        map.label(ids[0], "l1", None),
+    ] {
         assert_eq!(result, Err(MapError::Unknown));
     }
     assert!(map.route(ids[0], ids[1], 0.0).is_none());
@@ -229,7 +241,7 @@ fn world(random: &mut Random) -> World {
                 .iter()
                 .fold(pose, |pose, motion| pose.after(sample(random, motion)));
             let chain = motions.map(|motion| bound(&motion));
-            map.connect(from, id, &Cylinder::of_chain(&chain)).unwrap();
+            connect(&mut map, from, id, &Cylinder::of_chain(&chain)).unwrap();
             moved
         };
         places.push((id, pose));
@@ -240,7 +252,7 @@ fn world(random: &mut Random) -> World {
         let relative = pose.inverse().then(end);
         let (radius, half) = (random.between(0.1, 1.0), random.between(0.05, 0.5));
         let seen = bound_about(random, relative, radius, half);
-        map.connect(from, to, &seen).expect("it is true");
+        connect(&mut map, from, to, &seen).expect("it is true");
     }
     World { map, places }
 }
@@ -272,7 +284,7 @@ fn nothing_excluded_was_ever_true_in_any_map() {
         // A landmark that is seen from two places.
         let seen = [random.below(8), random.below(8)].map(|at| places[at]);
         for (id, _) in seen {
-            map.label(id, "lamp").unwrap();
+            map.label(id, "lamp", None).unwrap();
         }
         // Somewhere in a meadow.
         let (id, pose) = seen[0];
@@ -401,10 +413,10 @@ fn routes_are_as_short_as_any() {
     for _ in 0..300 {
         let World { mut map, places } = world(&mut random);
         for arc in map.arcs().to_vec() {
-            let width = random.between(-0.3, 1.5).max(0.0);
+            let width = random.between(-0.3, 1.5) as f32;
             map.set_freeway(arc.from, arc.to, width).unwrap();
         }
-        let width = random.between(0.1, 1.0);
+        let width = random.between(0.1, 1.0) as f32;
         let at = |id: PlaceId| places.iter().position(|(place, _)| *place == id).unwrap();
         let mut shortest = [[f64::INFINITY; 8]; 8];
         for (place, row) in shortest.iter_mut().enumerate() {
@@ -438,7 +450,7 @@ fn routes_are_as_short_as_any() {
                 assert_eq!((route.first(), route.last()), (Some(from), Some(to)));
                 let length: f64 = route.windows(2).map(|w| steps[at(w[0])][at(w[1])]).sum();
                 // The sums' roundings.
-                assert!((length - least).abs() <= 1e-9 * (1.0 + least), "{route:?}");
+                assert!((length - least).abs() <= 1e-5 * (1.0 + least), "{route:?}");
             }
         }
     }

@@ -103,10 +103,20 @@ impl Play {
     }
 }
 
-/// ΔS (m), and the total variations of S (m) and α (rad), since start-up.
+/// What the vehicle did between two readings of its odometer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Passage {
+    /// ΔS (m) and Δα (rad).
+    pub increment: Twist,
+    /// Total variation of S (m) and of α (rad), without the encoders' flicker.
+    pub variation: Twist,
+}
+
+/// ΔS (m), Δα (rad), and the total variations of S (m) and α (rad), since start-up. No correction changes it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Odometer {
     travelled: Sum,
+    turned: Sum,
     translation: Sum,
     rotation: Sum,
 }
@@ -114,6 +124,7 @@ pub struct Odometer {
 impl Odometer {
     pub(super) fn add(&mut self, motion: &Compound) {
         self.travelled.add(motion.travelled);
+        self.turned = self.turned.plus(motion.turned);
         self.translation.add(motion.variation.translation);
         self.rotation.add(motion.variation.rotation);
     }
@@ -135,6 +146,19 @@ impl Odometer {
             rotation: difference(self.rotation, earlier.rotation),
         };
         (difference(self.travelled, earlier.travelled), variation)
+    }
+
+    /// What the vehicle has done since an earlier state of it.
+    #[must_use]
+    pub fn passage_since(&self, earlier: &Self) -> Passage {
+        let (travelled, variation) = self.since(earlier);
+        Passage {
+            increment: Twist {
+                translation: travelled,
+                rotation: self.turned.minus(earlier.turned).get(),
+            },
+            variation,
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Pose and covariance by odometry (theory sections 2, 3 and 6).
 
 use super::belief::Belief;
-pub use super::compound::Compound;
-use super::compound::{Odometer, Play};
+use super::compound::Play;
+pub use super::compound::{Compound, Odometer, Passage};
 use super::messages::Config;
 use super::reckoning::{Reckoning, WidePose};
 use crate::math::positive_part;
@@ -279,10 +279,16 @@ impl Estimator {
     }
 
     /// The odometer as of now.
-    fn present_odometer(&self) -> Odometer {
+    #[must_use]
+    pub fn present_odometer(&self) -> Odometer {
         let mut odometer = self.odometer;
         odometer.add(&self.since);
         odometer
+    }
+
+    /// Propagates something else over a motion, with the same noise and gains.
+    pub(super) fn carry(&self, reckoning: &mut Reckoning, motion: &Compound) {
+        reckoning.propagate(motion, &self.noise, &self.influence);
     }
 
     /// A correction that makes `after` of what is known now of the pose, and `calibration` of what is known of the gains.

@@ -25,17 +25,19 @@ mod sensing;
 mod snapshot;
 mod steered;
 mod stopping;
+mod stretch;
 
 pub use axis::{Axis, AxisCommand, AxisConfig, Cycle, State};
 pub use belief::Belief;
 pub use correction::CorrectionError;
-pub use estimator::{Estimate, Estimator, Noise, Pose};
+pub use estimator::{Estimate, Estimator, Noise, Odometer, Passage, Pose};
 pub use history::MAX_AGE;
 pub use interface::{Interface, Limits, Observation};
 pub use messages::{Action, Config, Event, Events, NoRoom, REQUESTS, Request, StopReason};
 pub use refusal::Refusal;
 pub use sensing::{Inputs, Sensing};
 pub use snapshot::{AxisSnapshot, Snapshot};
+pub use stretch::Stretch;
 
 use crate::supervisor::{Fault, Place, Supervisor};
 use crate::time::{self, Instant};

@@ -154,15 +154,13 @@ impl Cylinder {
     /// The bound of a chain of motions: ((1 then 2) then 3) …
     #[must_use]
     pub fn from_left(chain: &[Self]) -> Self {
-        let fold = |all: Option<Self>, next: &Self| Some(all.map_or(*next, |all| all.then(next)));
-        chain.iter().fold(None, fold).unwrap_or(Self::HERE)
+        fold(chain.iter(), |all, next| all.then(next))
     }
 
     /// The bound of a chain of motions: … (n−2 then (n−1 then n)).
     #[must_use]
     pub fn from_right(chain: &[Self]) -> Self {
-        let fold = |all: Option<Self>, one: &Self| Some(all.map_or(*one, |all| one.then(&all)));
-        chain.iter().rev().fold(None, fold).unwrap_or(Self::HERE)
+        fold(chain.iter().rev(), |all, one| one.then(all))
     }
 
     /// The one with the smaller disc.
@@ -195,6 +193,17 @@ impl Cylinder {
     pub fn is_tighter_than(&self, other: &Self) -> bool {
         self.disc.radius < other.disc.radius || self.heading.half() < other.heading.half()
     }
+}
+
+/// The chain of motions, taken together one after the other; none is no motion, and one stays as it is.
+pub(super) fn fold<'a>(
+    chain: impl Iterator<Item = &'a Cylinder>,
+    together: impl Fn(&Cylinder, &Cylinder) -> Cylinder,
+) -> Cylinder {
+    let take = |all: Option<Cylinder>, next: &Cylinder| {
+        Some(all.map_or(*next, |all| together(&all, next)))
+    };
+    chain.fold(None, take).unwrap_or(Cylinder::HERE)
 }
 
 /// d and r of a straight run of near to far ≥ |near|, whose direction is as uncertain as the heading.

@@ -1,7 +1,7 @@
 //! The graph: places, and the arcs between them [B §3].
 
 use super::real::{larger, smaller};
-use super::{Cylinder, FARTHEST};
+use super::{Cylinder, Disc, FARTHEST, Gaussian};
 use heapless::{String, Vec};
 
 /// The name of a place or of a landmark: up to 15 bytes.
@@ -57,14 +57,30 @@ pub struct Place {
     /// The radius of its meadow, a disc of free space about its frame, m: who is there is in that disc.
     pub meadow: f64,
     /// The landmarks that are seen from it.
-    pub landmarks: Vec<Name, LANDMARKS, u8>,
+    pub landmarks: Vec<Landmark, LANDMARKS, u8>,
+}
+
+/// A landmark, as it is seen from a place.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Landmark {
+    /// What it is called. Others may be called so, too.
+    pub name: Name,
+    /// Where it stands, in the place's frame. `None` if that is not known.
+    pub spot: Option<Disc>,
 }
 
 impl Place {
     /// True if that landmark is seen from here.
     #[must_use]
     pub fn has_landmark(&self, landmark: &str) -> bool {
-        self.landmarks.iter().any(|known| known == landmark)
+        self.landmark(landmark).is_some()
+    }
+
+    /// What is known of that landmark, if it is seen from here.
+    #[must_use]
+    pub fn landmark(&self, landmark: &str) -> Option<&Landmark> {
+        self.landmarks.iter().find(|known| known.name == landmark)
     }
 }
 
@@ -78,21 +94,24 @@ pub struct Arc {
     pub to: PlaceId,
     /// Where the frame of `to` lies, as seen from that of `from`.
     pub bound: Cylinder,
+    /// Where it most likely lies.
+    pub likely: Gaussian,
     /// The smallest width of the freeway between the two, a straight corridor, m. `None` if none is known.
-    pub freeway: Option<f64>,
+    pub freeway: Option<f32>,
 }
 
 /// Places and arcs, in fixed memory: by default 32 and 96.
 ///
 /// ```
-/// use vehicle_controller::map::{Cylinder, Map, Motion};
+/// use vehicle_controller::map::{Cylinder, Gaussian, Map, Motion};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let mut map: Map = Map::new();
 /// let door = map.mark("door", 0.3)?;
 /// let desk = map.mark("desk", 0.5)?;
 /// // 2 m straight ahead, within 5° and 15 cm.
 /// let run = Motion { turn: 0.0, turn_bound: 0.0873, nearest: 1.85, farthest: 2.15 };
-/// map.connect(door, desk, &Cylinder::of_motion(&run)?)?;
+/// let bound = Cylinder::of_motion(&run)?;
+/// map.connect(door, desk, &bound, &Gaussian::about(&bound))?;
 /// map.set_freeway(door, desk, 0.8)?;
 /// assert!(map.route(desk, door, 0.6).is_some());
 /// assert!(map.route(desk, door, 0.9).is_none());
@@ -109,7 +128,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     /// A map of nothing.
     #[must_use]
     pub const fn new() -> Self {
-        const { assert!(PLACES <= 256, "a place is known by a byte") };
+        const { assert!(PLACES <= 256 && ARCS <= 256, "each is known by a byte") };
         Self {
             places: Vec::new(),
             arcs: Vec::new(),
@@ -143,20 +162,30 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
         Ok(id)
     }
 
-    /// Remembers that a landmark is seen from a place.
+    /// Remembers that a landmark is seen from a place, and where it stands in its frame, if that is known and was not.
     ///
     /// # Errors
     /// [`MapError::Unknown`], and [`MapError::Full`] if there are four others.
-    pub fn label(&mut self, place: PlaceId, landmark: &str) -> Result<(), MapError> {
+    pub fn label(
+        &mut self,
+        place: PlaceId,
+        landmark: &str,
+        spot: Option<Disc>,
+    ) -> Result<(), MapError> {
         let place = self.place_mut(place)?;
-        if place.has_landmark(landmark) {
+        let known = |known: &&mut Landmark| known.name == landmark;
+        if let Some(known) = place.landmarks.iter_mut().find(known) {
+            known.spot = known.spot.or(spot);
             return Ok(());
         }
-        let landmark = written(landmark)?;
+        let landmark = Landmark {
+            name: written(landmark)?,
+            spot,
+        };
         place.landmarks.push(landmark).map_err(|_| MapError::Full)
     }
 
-    /// Remembers where the frame of `to` lies as seen from that of `from`. If that was known already, what both bounds have in common.
+    /// Remembers where the frame of `to` lies as seen from that of `from`. If that was known already, what both bounds have in common, and the surer compound.
     ///
     /// # Errors
     /// [`MapError::Unknown`], [`MapError::Full`], [`MapError::Contradiction`].
@@ -165,30 +194,35 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
         from: PlaceId,
         to: PlaceId,
         bound: &Cylinder,
+        likely: &Gaussian,
     ) -> Result<(), MapError> {
         self.place_mut(from)?;
         self.place_mut(to)?;
         let known = |arc: &&mut Arc| arc.from == from && arc.to == to;
         if let Some(arc) = self.arcs.iter_mut().find(known) {
             arc.bound = arc.bound.common(bound).ok_or(MapError::Contradiction)?;
+            if likely.variance() < arc.likely.variance() {
+                arc.likely = *likely;
+            }
             return Ok(());
         }
         let arc = Arc {
             from,
             to,
             bound: *bound,
+            likely: *likely,
             freeway: None,
         };
         self.arcs.push(arc).map_err(|_| MapError::Full)
     }
 
-    /// Remembers that a straight corridor of at least that width (m) leads from one place to the other and back, along the arc between them. A width of 0
+    /// Remembers that a straight corridor of at least that width (m) leads from one place to the other and back, along the arc between them. A width below 0
     /// takes that back.
     ///
     /// # Errors
     /// [`MapError::Unknown`] if there is no arc between the two.
-    pub fn set_freeway(&mut self, a: PlaceId, b: PlaceId, width: f64) -> Result<(), MapError> {
-        let freeway = if width > 0.0 { Some(width) } else { None };
+    pub fn set_freeway(&mut self, a: PlaceId, b: PlaceId, width: f32) -> Result<(), MapError> {
+        let freeway = if width >= 0.0 { Some(width) } else { None };
         let mut found = Err(MapError::Unknown);
         for arc in &mut self.arcs {
             if (arc.from, arc.to) == (a, b) || (arc.from, arc.to) == (b, a) {
@@ -197,6 +231,21 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
             }
         }
         found
+    }
+
+    /// Forgets the last place that was marked, and what leads there.
+    pub fn unmark(&mut self) {
+        if self.places.pop().is_some() {
+            let gone = PlaceId::at(self.places.len());
+            self.arcs.retain(|arc| arc.from != gone && arc.to != gone);
+        }
+    }
+
+    /// True if there is an arc between two places, in this direction.
+    #[must_use]
+    pub fn has_arc(&self, from: PlaceId, to: PlaceId) -> bool {
+        let mut arcs = self.arcs.iter();
+        arcs.any(|arc| arc.from == from && arc.to == to)
     }
 
     /// The place of that name.

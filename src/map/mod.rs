@@ -14,18 +14,24 @@
 mod crossing;
 mod cylinder;
 mod disc;
+mod gaussian;
 mod graph;
 mod heading;
 mod real;
 mod reason;
+mod recorder;
+mod relations;
 mod route;
 
 pub use crossing::{Crossing, crossing};
 pub use cylinder::{Cylinder, Improper, Motion};
 pub use disc::{Disc, FARTHEST};
-pub use graph::{Arc, LANDMARKS, Map, MapError, Name, Place, PlaceId};
+pub use gaussian::Gaussian;
+pub use graph::{Arc, LANDMARKS, Landmark, Map, MapError, Name, Place, PlaceId};
 pub use heading::Heading;
-pub use reason::{Contradiction, Journey, JourneyError};
+pub use reason::{Backward, Contradiction, Journey, JourneyError, Reach};
+pub use recorder::{Bounds, Recorder, Step};
+pub use relations::Relations;
 pub use route::Route;
 
 /// What every computed bound is widened by, so that it holds though f64 rounds: 2⁻⁴⁰ of the lengths that went into it, a picometre a metre; and as many radians.

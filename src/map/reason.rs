@@ -38,8 +38,8 @@ impl core::error::Error for JourneyError {}
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Journey<const STOPS: usize = 32> {
-    arcs: Vec<Cylinder, STOPS>,
-    bounds: Vec<Cylinder, STOPS>,
+    arcs: Vec<Cylinder, STOPS, u8>,
+    bounds: Vec<Cylinder, STOPS, u8>,
 }
 
 impl<const STOPS: usize> Journey<STOPS> {
@@ -64,33 +64,92 @@ impl<const STOPS: usize> Journey<STOPS> {
         self.bounds.last().copied().unwrap_or(Cylinder::HERE)
     }
 
-    /// Goes on to a next stop, which lies within `arc` as seen from the one before.
+    /// How many stops there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.bounds.len()
+    }
+
+    /// True if it has not begun.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.bounds.is_empty()
+    }
+
+    /// True if no further stop has room.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.bounds.is_full()
+    }
+
+    /// Begins to find out what would be known of a next stop, which lies within `arc` as seen from the last one.
+    #[must_use]
+    pub fn look(&self, arc: &Cylinder) -> Reach {
+        Reach {
+            since: *arc,
+            bound: None,
+            left: self.bounds.len() as u8,
+            done: false,
+        }
+    }
+
+    /// Finds out what one more stop tells; false if all have told.
     ///
-    /// Each stop before, and the chain of arcs since, grouped from the right, gives a bound. This one's is what all of them have in common.
+    /// Each stop before, and the chain of arcs since, grouped from the right, gives a bound. What is reached lies in all of them.
+    #[inline(never)]
+    pub fn look_on(&self, reach: &mut Reach) -> bool {
+        if reach.done {
+            return false;
+        }
+        // The stop before the arcs of the chain; the first arc begins at the start.
+        let before = usize::from(reach.left).checked_sub(1);
+        let stop = before.and_then(|before| self.bounds.get(before));
+        let bound = stop.map_or(reach.since, |stop| stop.then(&reach.since));
+        // Nothing in common is for a confirmation to find out.
+        reach.bound = Some(match reach.bound {
+            Some(known) => known.common(&bound).unwrap_or(known),
+            None => bound,
+        });
+        match before.and_then(|before| self.arcs.get(before)) {
+            Some(arc) => {
+                reach.since = arc.then(&reach.since);
+                reach.left -= 1;
+            }
+            None => reach.done = true,
+        }
+        !reach.done
+    }
+
+    /// Goes on to a next stop, which lies within `arc` as seen from the one before.
     ///
     /// # Errors
     /// [`JourneyError::Full`]; the journey is as it was.
     pub fn go(&mut self, arc: &Cylinder) -> Result<(), JourneyError> {
-        self.arcs.push(*arc).map_err(|_| JourneyError::Full)?;
-        let bound = self.reached();
-        // There is as much room as for the arcs.
-        self.bounds.push(bound).map_err(|_| JourneyError::Full)
+        let mut reach = self.look(arc);
+        while self.look_on(&mut reach) {}
+        self.go_to(arc, &reach.bound())
     }
 
-    /// The bound of where the last arc ends.
-    fn reached(&self) -> Cylinder {
-        // The stop before each arc, the last one first; the first arc begins at the start.
-        let stops = self.bounds.iter().rev().map(Some).chain([None]);
-        let mut since: Option<Cylinder> = None;
-        let mut reached: Option<Cylinder> = None;
-        for (arc, stop) in self.arcs.iter().rev().zip(stops) {
-            let chain = since.map_or(*arc, |since| arc.then(&since));
-            let bound = stop.map_or(chain, |stop| stop.then(&chain));
-            // Nothing in common is for a confirmation to find out.
-            reached = Some(reached.map_or(bound, |known| known.common(&bound).unwrap_or(known)));
-            since = Some(chain);
-        }
-        reached.unwrap_or(Cylinder::HERE)
+    /// The same, of what was [found out](Self::look) already.
+    ///
+    /// # Errors
+    /// [`JourneyError::Full`]; the journey is as it was.
+    pub fn go_to(&mut self, arc: &Cylinder, bound: &Cylinder) -> Result<(), JourneyError> {
+        self.arcs.push(*arc).map_err(|_| JourneyError::Full)?;
+        // There is as much room as for the arcs.
+        self.bounds.push(*bound).map_err(|_| JourneyError::Full)
+    }
+
+    /// Begins anew: from the start, nowhere yet.
+    pub fn restart(&mut self) {
+        self.arcs.clear();
+        self.bounds.clear();
+    }
+
+    /// Takes the last stop back.
+    pub fn retreat(&mut self) {
+        self.arcs.pop();
+        self.bounds.pop();
     }
 
     /// Backward reasoning. Of the present stop it is known besides that it lies within `bound`, as seen from the start: intersects, cascades the inverse of the
@@ -103,35 +162,99 @@ impl<const STOPS: usize> Journey<STOPS> {
     /// # Errors
     /// [`Contradiction`] if a stop is left with no pose at all; no bound has changed then.
     pub fn confirm(&mut self, bound: &Cylinder) -> Result<usize, Contradiction> {
-        // On a copy: what is refused changes nothing.
-        let mut bounds = self.bounds.clone();
-        let shrunk = backward(&mut bounds, &self.arcs, bound)?;
-        self.bounds = bounds;
-        Ok(shrunk)
+        // What is refused changes nothing.
+        let mut trial = self.look_back(bound);
+        while self.back(&mut trial)?.is_some() {}
+        let mut backward = self.look_back(bound);
+        while let Some((stop, bound)) = self.back(&mut backward)? {
+            self.tighten(stop, &bound);
+        }
+        Ok(backward.shrunk())
+    }
+
+    /// Begins backward reasoning, as in [`confirm`](Self::confirm), from the last stop.
+    #[must_use]
+    pub fn look_back(&self, bound: &Cylinder) -> Backward {
+        Backward {
+            known: *bound,
+            left: self.bounds.len() as u8,
+            shrunk: 0,
+            done: false,
+        }
+    }
+
+    /// Goes back by one stop: which it is, and what is known of it now. `None` if nothing shrinks any more, or the start is reached.
+    ///
+    /// # Errors
+    /// [`Contradiction`] if no pose is left for it.
+    #[inline(never)]
+    pub fn back(
+        &self,
+        backward: &mut Backward,
+    ) -> Result<Option<(usize, Cylinder)>, Contradiction> {
+        if backward.done {
+            return Ok(None);
+        }
+        let last = usize::from(backward.left).checked_sub(1);
+        let known =
+            last.and_then(|last| Some((last, self.bounds.get(last)?, self.arcs.get(last)?)));
+        let Some((stop, bound, arc)) = known else {
+            backward.done = true;
+            // The start is where it is.
+            let holds = backward.known.meets(&Cylinder::HERE);
+            return if holds { Ok(None) } else { Err(Contradiction) };
+        };
+        let common = bound.common(&backward.known).ok_or(Contradiction)?;
+        if !common.is_tighter_than(bound) {
+            backward.done = true;
+            return Ok(None);
+        }
+        backward.shrunk += 1;
+        backward.left -= 1;
+        backward.known = common.then(&arc.inverse());
+        Ok(Some((stop, common)))
+    }
+
+    /// Takes over what is known of a stop now.
+    pub fn tighten(&mut self, stop: usize, bound: &Cylinder) {
+        if let Some(known) = self.bounds.get_mut(stop) {
+            *known = *bound;
+        }
     }
 }
 
-fn backward(
-    bounds: &mut [Cylinder],
-    arcs: &[Cylinder],
-    confirmed: &Cylinder,
-) -> Result<usize, Contradiction> {
-    let mut known = *confirmed;
-    let mut shrunk = 0;
-    for (bound, arc) in bounds.iter_mut().zip(arcs).rev() {
-        let common = bound.common(&known).ok_or(Contradiction)?;
-        if !common.is_tighter_than(bound) {
-            return Ok(shrunk);
-        }
-        *bound = common;
-        shrunk += 1;
-        known = common.then(&arc.inverse());
+/// Forward reasoning under way: see [`Journey::look`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// The chain of arcs since the stop.
+    since: Cylinder,
+    bound: Option<Cylinder>,
+    left: u8,
+    done: bool,
+}
+
+impl Reach {
+    /// What is known so far.
+    #[must_use]
+    pub fn bound(&self) -> Cylinder {
+        self.bound.unwrap_or(self.since)
     }
-    // The start is where it is.
-    if known.meets(&Cylinder::HERE) {
-        Ok(shrunk)
-    } else {
-        Err(Contradiction)
+}
+
+/// Backward reasoning under way: see [`Journey::look_back`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Backward {
+    known: Cylinder,
+    left: u8,
+    shrunk: u8,
+    done: bool,
+}
+
+impl Backward {
+    /// How many stops have a tighter bound.
+    #[must_use]
+    pub fn shrunk(&self) -> usize {
+        self.shrunk.into()
     }
 }
 

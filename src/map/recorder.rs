@@ -1,0 +1,259 @@
+//! From what the base does to motions with bounds [B §4], whatever way it drives.
+
+use super::cylinder::fold;
+use super::real::{larger, sin_cos, smaller};
+use super::{Cylinder, Disc, GRAIN, Heading, Motion, ROUNDING};
+use core::f64::consts::{FRAC_PI_3, PI};
+use heapless::Vec;
+
+/// How wrong odometry may be. Of a turn in place the heading, and of a run the heading and the length; [B]'s example is ±5° and ±(5 + 0.05 d) cm.
+///
+/// A motion is a turn and the run after it, straight or curved: what it has turned is wrong by `turn` + `turn_per_metre` · d at most, at any point of its way,
+/// and what it has run by `distance` + `distance_share` · d in all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Bounds {
+    /// rad, for each motion.
+    pub turn: f64,
+    /// rad/m.
+    pub turn_per_metre: f64,
+    /// m, for each motion.
+    pub distance: f64,
+    /// m/m.
+    pub distance_share: f64,
+}
+
+/// A piece of a drive: at most some millimetres or a degree.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Step {
+    /// ΔS, m.
+    pub travelled: f64,
+    /// Δα, rad.
+    pub turned: f64,
+    /// Total variation of S, m.
+    pub path: f64,
+    /// Total variation of α, rad.
+    pub swing: f64,
+}
+
+/// The motions of a drive, each with its bound: `MOTIONS` of them at most, the oldest of more taken together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recorder<const MOTIONS: usize> {
+    motions: Vec<Cylinder, MOTIONS, u8>,
+    open: Open,
+}
+
+/// The motion under way, as odometry has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Open {
+    /// Where it has led, in the frame of its start, m.
+    x: f64,
+    y: f64,
+    /// What it has turned, rad.
+    heading: f64,
+    /// Total variation of S while it turned in place, and since it runs, m.
+    turning: f64,
+    running: f64,
+    /// ΔS since it runs, m.
+    run: f64,
+    /// Total variation of α since it runs, rad.
+    swing: f64,
+    /// The headings since it runs, rad.
+    lowest: f64,
+    highest: f64,
+    /// What (x, y) may be off by, because steps are taken for arcs, m.
+    slack: f64,
+    /// There was a step.
+    moved: bool,
+}
+
+impl Default for Open {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+/// A step with less radius than 5 cm is a turn in place.
+const PIVOT: f64 = 20.0;
+/// A run of so many metres ends where the base turns in place, or goes back.
+const RUN: f64 = 0.02;
+
+impl<const MOTIONS: usize> Recorder<MOTIONS> {
+    /// Nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            motions: Vec::new(),
+            open: Open::NONE,
+        }
+    }
+
+    /// Takes a step in. A motion ends, and the next begins, where the base turns in place after a run, or turns its run back, or has run a half turn.
+    pub fn take(&mut self, step: &Step, bounds: &Bounds) {
+        if self.open.ends_before(step) {
+            let motion = self.open.bound(bounds);
+            self.append(motion);
+            self.open = Open::NONE;
+        }
+        self.open.take(step);
+    }
+
+    /// Adds a motion; the two oldest become one if there is no room.
+    fn append(&mut self, motion: Cylinder) {
+        if self.motions.is_full()
+            && let [first, second, ..] = &mut *self.motions
+        {
+            *second = first.then(second);
+            self.motions.remove(0);
+        }
+        let _ = self.motions.push(motion);
+    }
+
+    /// The bound of where the drive has led as seen from its start: what both groupings of its motions have in common.
+    #[must_use]
+    #[inline(never)]
+    pub fn bound(&self, bounds: &Bounds) -> Cylinder {
+        let open = self.open.moved.then(|| self.open.bound(bounds));
+        let motions = self.motions.iter().chain(&open);
+        let left = fold(motions.clone(), |all, next| all.then(next));
+        let right = fold(motions.rev(), |all, one| one.then(all));
+        // Both hold what is true: if rounding leaves nothing between them, either will do.
+        left.common(&right).unwrap_or(left)
+    }
+
+    /// True if the base has not moved.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.motions.is_empty() && !self.open.moved
+    }
+
+    /// Goes on from here as another one.
+    pub fn resume<const OTHER: usize>(&mut self, other: &Recorder<OTHER>) {
+        self.motions.clear();
+        for motion in &other.motions {
+            self.append(*motion);
+        }
+        self.open = other.open;
+    }
+}
+
+impl Open {
+    const NONE: Self = Self {
+        x: 0.0,
+        y: 0.0,
+        heading: 0.0,
+        turning: 0.0,
+        running: 0.0,
+        run: 0.0,
+        swing: 0.0,
+        lowest: f64::INFINITY,
+        highest: f64::NEG_INFINITY,
+        slack: 0.0,
+        moved: false,
+    };
+
+    fn ends_before(&self, step: &Step) -> bool {
+        let is_back = step.travelled * self.run < 0.0 && step.travelled.abs() > 0.1 * RUN;
+        let is_over = is_pivot(step) || is_back;
+        self.running >= RUN && is_over || self.swing >= PI
+    }
+
+    fn take(&mut self, step: &Step) {
+        let half = 0.5 * step.turned;
+        // A step is small: sinc to the second order is good to 1e-9 for 10°.
+        let chord = step.travelled * (1.0 - half * half / 6.0);
+        let (sin, cos) = sin_cos(crate::math::wrap(self.heading + half));
+        self.x += chord * cos;
+        self.y += chord * sin;
+        // The heading on the way is another than the arc's by no more than the whole swing.
+        self.slack += step.path * step.swing;
+        if is_pivot(step) {
+            // What has run so far is too short to be a run.
+            self.turning += self.running + step.path;
+            (self.running, self.run, self.swing) = (0.0, 0.0, 0.0);
+            (self.lowest, self.highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        } else {
+            let aside = 0.5 * (step.swing - step.turned.abs());
+            let ends = (self.heading, self.heading + step.turned);
+            self.lowest = smaller(self.lowest, smaller(ends.0, ends.1) - aside);
+            self.highest = larger(self.highest, larger(ends.0, ends.1) + aside);
+            self.running += step.path;
+            self.run += step.travelled;
+            self.swing += step.swing;
+        }
+        self.heading += step.turned;
+        self.moved = true;
+    }
+
+    /// The bound of the motion: the tighter disc of the two that hold.
+    fn bound(&self, bounds: &Bounds) -> Cylinder {
+        let path = self.turning + self.running;
+        let alpha = bounds.turn + bounds.turn_per_metre * path;
+        let heading = Heading::new(self.heading, alpha);
+        let any = self.along(path, alpha, bounds);
+        let disc = match self.straight(alpha, bounds) {
+            Some(straight) => any.tighter(&straight),
+            None => any,
+        };
+        Cylinder { disc, heading }
+    }
+
+    /// Of any way of that length. With the heading wrong by e, |e| ≤ α, at each point of it,
+    ///
+    /// ```text
+    ///     |∫ (exp(i(θ + e)) − cos α exp(iθ)) dS| ≤ L sin α
+    /// ```
+    ///
+    /// for α < 90°, and what the length is wrong by adds to that, wherever it is. Beyond, all that is known is the length.
+    fn along(&self, path: f64, alpha: f64, bounds: &Bounds) -> Disc {
+        let wrong = bounds.distance + bounds.distance_share * path;
+        let (sin, cos) = if alpha < core::f64::consts::FRAC_PI_2 {
+            sin_cos(alpha)
+        } else {
+            (1.0, 0.0)
+        };
+        Disc {
+            x: cos * self.x,
+            y: cos * self.y,
+            radius: path * sin + wrong + self.slack + ROUNDING * path + GRAIN,
+        }
+    }
+
+    /// Of a run that is straight, or nearly: the turn's direction, and the length of a chord. The headings of the run lie within β of one, so its chord is not
+    /// shorter than its length times cos β; what it turns on its way may be wrong by all of that, or by as much as a turn.
+    fn straight(&self, alpha: f64, bounds: &Bounds) -> Option<Disc> {
+        let (middle, spread) = (
+            0.5 * (self.lowest + self.highest),
+            0.5 * (self.highest - self.lowest),
+        );
+        let beta = spread + bounds.turn_per_metre * self.running + smaller(self.swing, bounds.turn);
+        // Without a run it is infinite.
+        if !(0.0..FRAC_PI_3).contains(&beta) {
+            return None;
+        }
+        let (_, cos) = sin_cos(beta);
+        let back = 0.5 * larger(self.running - self.run.abs(), 0.0);
+        let ahead = self.run.abs() + back;
+        let wrong = bounds.distance + bounds.distance_share * self.running;
+        let near = ahead - wrong;
+        let (near, far) = (if near > 0.0 { near * cos } else { near }, ahead + wrong);
+        let (nearest, farthest) = if self.run < 0.0 {
+            (-far, -near)
+        } else {
+            (near, far)
+        };
+        let motion = Motion {
+            turn: middle,
+            turn_bound: alpha + spread,
+            nearest,
+            farthest,
+        };
+        let mut disc = Cylinder::of_motion(&motion).ok()?.disc;
+        disc.radius += back + self.turning + bounds.distance_share * self.turning;
+        Some(disc)
+    }
+}
+
+fn is_pivot(step: &Step) -> bool {
+    step.swing > PIVOT * step.path
+}

@@ -1,0 +1,213 @@
+//! Where every place lies as seen from one of them: the tightest chains of arcs, a place at a time.
+
+use super::{Arc, Cylinder, Gaussian, Map, PlaceId};
+
+/// The best chain of arcs to a place that is known so far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Way {
+    bound: Cylinder,
+    /// The place before the last arc. The root's is itself.
+    before: PlaceId,
+    /// The last arc, by its place in the map.
+    arc: u8,
+    /// There is none better.
+    settled: bool,
+}
+
+/// Where the frames of places lie as seen from the `root`, by Dijkstra's algorithm with the radius of the bound as length.
+///
+/// [`step`](Self::step) settles one place: a small processor has not the time for all at once. The memory is that of one chain to each place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Relations<const PLACES: usize = 32> {
+    root: Option<PlaceId>,
+    ways: [Option<Way>; PLACES],
+    complete: bool,
+}
+
+impl<const PLACES: usize> Default for Relations<PLACES> {
+    fn default() -> Self {
+        Self {
+            root: None,
+            ways: [None; PLACES],
+            complete: true,
+        }
+    }
+}
+
+/// The arc from a place to a neighbour, in either direction.
+fn neighbour(arc: &Arc, here: PlaceId) -> Option<PlaceId> {
+    if arc.from == here {
+        Some(arc.to)
+    } else if arc.to == here {
+        Some(arc.from)
+    } else {
+        None
+    }
+}
+
+/// The arc as it is seen from one of its ends.
+fn seen_from(arc: &Arc, here: PlaceId) -> Cylinder {
+    if arc.from == here {
+        arc.bound
+    } else {
+        arc.bound.inverse()
+    }
+}
+
+impl<const PLACES: usize> Relations<PLACES> {
+    /// Begins anew, as seen from this place; of none, nothing is known.
+    pub fn begin(&mut self, root: Option<PlaceId>) {
+        self.root = root;
+        self.ways = [None; PLACES];
+        self.complete = root.is_none();
+        if let Some(root) = root
+            && let Some(way) = self.ways.get_mut(root.index())
+        {
+            *way = Some(Way {
+                bound: Cylinder::HERE,
+                before: root,
+                arc: 0,
+                settled: false,
+            });
+        }
+    }
+
+    /// The place that all is seen from.
+    #[must_use]
+    pub fn root(&self) -> Option<PlaceId> {
+        self.root
+    }
+
+    /// True if every place is settled that a chain of arcs leads to.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.complete
+    }
+
+    /// Settles one more place; false if all are.
+    ///
+    /// Of its chain both groupings are bounds. Of two chains to a place on the way the one with the smaller radius is kept, though the other's heading may be
+    /// better known: a bound it is in any case.
+    #[inline(never)]
+    pub fn step<const ARCS: usize>(&mut self, map: &Map<PLACES, ARCS>) -> bool {
+        let Some(here) = self.nearest() else {
+            self.complete = true;
+            return false;
+        };
+        let bound = self.settle(here, map);
+        for (index, arc) in map.arcs().iter().enumerate() {
+            let Some(end) = neighbour(arc, here) else {
+                continue;
+            };
+            let Some(known) = self.ways.get_mut(end.index()) else {
+                continue;
+            };
+            if known.is_some_and(|known| known.settled) {
+                continue;
+            }
+            let step = seen_from(arc, here);
+            let reached = if Some(here) == self.root {
+                step
+            } else {
+                bound.then(&step)
+            };
+            if known.is_none_or(|known| reached.disc.radius < known.bound.disc.radius) {
+                *known = Some(Way {
+                    bound: reached,
+                    before: here,
+                    arc: index as u8,
+                    settled: false,
+                });
+            }
+        }
+        true
+    }
+
+    /// The place with the smallest radius that is not settled yet.
+    fn nearest(&self) -> Option<PlaceId> {
+        let open = self
+            .ways
+            .iter()
+            .enumerate()
+            .filter_map(|(index, way)| Some((index, way.as_ref()?)));
+        let (index, _) = open
+            .filter(|(_, way)| !way.settled)
+            .min_by(|(_, a), (_, b)| a.bound.disc.radius.total_cmp(&b.bound.disc.radius))?;
+        Some(PlaceId::at(index))
+    }
+
+    /// The bound of a place, by both groupings of its chain, from here on.
+    fn settle<const ARCS: usize>(&mut self, here: PlaceId, map: &Map<PLACES, ARCS>) -> Cylinder {
+        let mut right: Option<Cylinder> = None;
+        for (before, arc) in self.chain(here) {
+            if let Some(arc) = map.arcs().get(usize::from(arc)) {
+                let step = seen_from(arc, before);
+                right = Some(right.map_or(step, |rest| step.then(&rest)));
+            }
+        }
+        let Some(Some(way)) = self.ways.get_mut(here.index()) else {
+            return Cylinder::HERE;
+        };
+        way.settled = true;
+        if let Some(right) = right {
+            way.bound = way.bound.tighter(&right);
+        }
+        way.bound
+    }
+
+    /// The arcs from a place back to the root, each with the place before it: the last one first.
+    fn chain(&self, to: PlaceId) -> impl Iterator<Item = (PlaceId, u8)> {
+        let mut place = to;
+        // No longer than there are places: a way leads through none twice.
+        (0..PLACES).map_while(move |_| {
+            if Some(place) == self.root {
+                return None;
+            }
+            let way = self.ways.get(place.index())?.as_ref()?;
+            place = way.before;
+            Some((way.before, way.arc))
+        })
+    }
+
+    /// Where a place's frame lies as seen from the root's. `None` if no chain of arcs leads there, or it is not settled yet.
+    #[must_use]
+    pub fn to(&self, place: PlaceId) -> Option<Cylinder> {
+        let way = self.ways.get(place.index())?.as_ref()?;
+        way.settled.then_some(way.bound)
+    }
+
+    /// The most likely place of it, by the compounds of the same chain.
+    #[must_use]
+    #[inline(never)]
+    pub fn likely<const ARCS: usize>(
+        &self,
+        place: PlaceId,
+        map: &Map<PLACES, ARCS>,
+    ) -> Option<Gaussian> {
+        self.to(place)?;
+        let mut all = Gaussian::HERE;
+        for (before, arc) in self.chain(place) {
+            let arc = map.arcs().get(usize::from(arc))?;
+            let step = if arc.from == before {
+                arc.likely
+            } else {
+                arc.likely.inverse()
+            };
+            all = step.then(&all);
+        }
+        Some(all)
+    }
+}
+
+impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
+    /// Where a place's frame lies as seen from another's, by the tightest chain of arcs that was found, grouped from the left or from the right. `None` if no
+    /// chain connects them.
+    #[must_use]
+    pub fn relation(&self, from: PlaceId, to: PlaceId) -> Option<Cylinder> {
+        self.place(from)?;
+        let mut relations = Relations::<PLACES>::default();
+        relations.begin(Some(from));
+        while relations.to(to).is_none() && relations.step(self) {}
+        relations.to(to)
+    }
+}
