@@ -9,8 +9,8 @@ use super::compound::{Compound, Odometer, Passage};
 use super::estimator::{Estimate, Estimator};
 use super::reckoning::Reckoning;
 
-/// The pose since some instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The pose since some instant; by default, since start-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stretch {
     reckoning: Reckoning,
     read: Odometer,

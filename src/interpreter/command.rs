@@ -2,6 +2,7 @@
 
 use super::error::Error;
 use super::keyword::{Keyword, Subject};
+use super::map::{self, MapCommand};
 use super::number::{self, Number};
 use super::telemetry::Fields;
 use crate::controller::{Observation, Pose};
@@ -48,6 +49,8 @@ pub enum Command {
     Plain(Keyword),
     /// Of the gains.
     Calibrate(Calibrate),
+    /// Of the map.
+    Map(MapCommand),
 }
 
 /// What Calibrate does.
@@ -72,14 +75,14 @@ impl Command {
 }
 
 /// The words of a line: separated by blanks, or one comma with optional blanks.
-struct Words<'a> {
+pub(super) struct Words<'a> {
     rest: &'a [u8],
     /// A word is due: the beginning of the parameters, or a comma, came before.
     after_comma: bool,
 }
 
 impl<'a> Words<'a> {
-    fn next(&mut self) -> Result<Option<&'a [u8]>, Error> {
+    pub(super) fn next(&mut self) -> Result<Option<&'a [u8]>, Error> {
         const EMPTY: Error = Error::Syntax("empty parameter");
         let rest = self.rest.trim_ascii_start();
         if rest.is_empty() {
@@ -116,7 +119,7 @@ impl<'a> Words<'a> {
     }
 
     /// The next number, if there is one.
-    fn optional(&mut self, range: &Range) -> Result<Option<f64>, Error> {
+    pub(super) fn optional(&mut self, range: &Range) -> Result<Option<f64>, Error> {
         let Some(word) = self.next()? else {
             return Ok(None);
         };
@@ -136,7 +139,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    fn number(&mut self, range: &Range) -> Result<f64, Error> {
+    pub(super) fn number(&mut self, range: &Range) -> Result<f64, Error> {
         self.optional(range)?.ok_or(TOO_FEW)
     }
 
@@ -149,11 +152,11 @@ impl<'a> Words<'a> {
     }
 }
 
-const TOO_FEW: Error = Error::Syntax("too few parameters");
+pub(super) const TOO_FEW: Error = Error::Syntax("too few parameters");
 
 /// What a number may be.
 #[derive(Clone, Copy)]
-struct Range {
+pub(super) struct Range {
     name: &'static str,
     min: f32,
     max: f32,
@@ -162,7 +165,7 @@ struct Range {
     endless: bool,
 }
 
-const fn range(name: &'static str, min: f32, max: f32, unit: &'static str) -> Range {
+pub(super) const fn range(name: &'static str, min: f32, max: f32, unit: &'static str) -> Range {
     Range {
         name,
         min,
@@ -291,7 +294,10 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
             Command::SetParam(id, value as f32)
         }
         Keyword::Calibrate => Command::Calibrate(calibrate(words)?),
-        plain => Command::Plain(plain),
+        keyword => match map::read(keyword, words)? {
+            Some(command) => Command::Map(command),
+            None => Command::Plain(keyword),
+        },
     })
 }
 

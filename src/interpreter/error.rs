@@ -2,6 +2,7 @@
 
 use super::text::Text;
 use crate::controller::{CorrectionError, Refusal};
+use crate::map::MapError;
 use crate::params::ParamError;
 use crate::params::store::StoreError;
 use crate::supervisor::Fault;
@@ -51,6 +52,8 @@ pub enum Error {
     Storage,
     /// The storage has failed, or has nothing.
     Store(StoreError),
+    /// The map stayed as it was.
+    Map(MapError),
 }
 
 impl Error {
@@ -117,6 +120,13 @@ impl Error {
             }
             Self::Store(error) => {
                 text.str("storage ").str(error.text());
+            }
+            Self::Map(error) => {
+                text.str(match error {
+                    MapError::Full => "full no room in the map",
+                    MapError::Unknown => "unknown no such place, landmark, arc or route",
+                    MapError::Contradiction => "contradiction the bounds exclude it",
+                });
             }
         }
     }

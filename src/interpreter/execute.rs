@@ -60,6 +60,7 @@ impl Interpreter {
                 self.set_param(desk, id, value)?;
             }
             Command::Calibrate(what) => self.calibrate(desk, what)?,
+            Command::Map(ref command) => return self.execute_map(desk, command, text),
             Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
         }
         text.str("OK");
@@ -141,6 +142,7 @@ impl Interpreter {
                 text.str("Params").integer(self.params.count() as i64);
                 self.listing = Some(0);
             }
+            Keyword::GetMap => self.list_map(text),
             Keyword::SaveParams => return self.send_to_store(Stage::Save, desk),
             Keyword::LoadParams => return self.send_to_store(Stage::Load, desk),
             _ => {
@@ -166,6 +168,10 @@ impl Interpreter {
             Keyword::Enable => desk.enable().map_err(refuse),
             Keyword::Disable => desk.disable().map_err(refuse),
             Keyword::ResetParams => self.take_params(desk, &{ self.defaults }, true),
+            Keyword::ForgetMap => {
+                self.charts.atlas.forget();
+                Ok(())
+            }
             // Those with parameters never come here: they are commands of their own.
             _ => Err(Error::Syntax("unknown command, try Help")),
         }

@@ -43,6 +43,15 @@ keywords! {
     ObserveScalar position "ObserveScalar" None, "nu R h1 h2 h3 [age]: correct by an innovation nu with variance R and row h";
     Calibrate calibration "Calibrate" None, "on, off, reset or straight m: learn the gains from observations; forget them; the last move was m long";
     GetGains calibration "GetGains" None, ": k_r k_l k_b and their standard deviations";
+    Mark map "Mark" None, "name [r]: this is a place with a meadow of r m (0.5), or the base is back in it";
+    AmIThere map "AmIThere" None, "[place]: yes-maybe or no, and the probability";
+    Sight map "Sight" None, "landmark [bearing bound [range [bound]]]: a landmark in sight, in deg and m";
+    Label map "Label" None, "place landmark: the landmark is seen from the place";
+    Freeway map "Freeway" None, "a b width: a straight corridor of width m along the arc from a to b";
+    Route map "Route" None, "a b width: the shortest way through freeways of at least width m";
+    Crosses map "Crosses" None, "a b c d: do the ways a-b and c-d cross: must, may or cannot";
+    GetMap map "GetMap" None, ": places and arcs as ~ lines";
+    ForgetMap map "ForgetMap" None, ": forget places and arcs";
     GetStatus state "GetStatus" None, ": move state, turn state, enabled or disabled, fault";
     GetState state "GetState" None, ": t S S' S'' alpha alpha' alpha''";
     GetTime state "GetTime" None, ": seconds since boot";
@@ -78,10 +87,11 @@ impl Keyword {
 }
 
 /// The topics.
-pub const TOPICS: [&str; 6] = [
+pub const TOPICS: [&str; 7] = [
     "motion",
     "position",
     "calibration",
+    "map",
     "state",
     "safety",
     "parameters",

@@ -9,6 +9,7 @@ mod error;
 mod execute;
 mod keyword;
 mod line;
+mod map;
 pub mod number;
 mod reply;
 mod serial;
@@ -29,6 +30,7 @@ use crc::Letters;
 use heapless::Deque;
 use keyword::Keyword;
 use line::Reader;
+use map::Charts;
 use number::Sink;
 use storage::{Errand, Stage, Storage};
 use telemetry::Stream;
@@ -104,6 +106,7 @@ pub struct Interpreter {
     /// One of the lines that came so late that they were forgotten was a Stop.
     forgotten: bool,
     storage: Storage,
+    charts: Charts,
     events: Deque<Event, 16>,
     output: Deque<u8, OUTPUT>,
     stream: Stream,
@@ -137,6 +140,7 @@ impl Interpreter {
             halt: false,
             forgotten: false,
             storage,
+            charts: Charts::default(),
             events: Deque::new(),
             output: Deque::new(),
             stream: Stream::default(),
@@ -229,6 +233,7 @@ impl Interpreter {
     /// Does what can be done now: tells events, carries commands out, sends telemetry. Call it after each update of the desk, and whenever bytes
     /// came in or went out.
     pub fn poll<C: Blueprint>(&mut self, desk: &mut Desk<C>) {
+        self.chart(desk);
         // Its reply waits for its turn; the motors do not.
         if core::mem::take(&mut self.emergency) {
             desk.emergency_stop();
@@ -249,7 +254,10 @@ impl Interpreter {
         }
         while self.has_room() && self.answer_next(desk) {}
         // What a Stop has to wait for may take long, or never end if nobody reads.
-        let waits = self.storage.errand.is_some() || self.listing.is_some() || !self.has_room();
+        let waits = self.storage.errand.is_some()
+            || self.charts.is_busy()
+            || self.listing.is_some()
+            || !self.has_room();
         let is_done = self.waiting.is_empty() && self.late.is_empty();
         if self.halt && (waits || is_done) {
             self.halt = desk.stop().is_err();
@@ -291,6 +299,10 @@ impl Interpreter {
         }
         if let Some(errand) = self.storage.errand {
             return self.answer_errand(&errand);
+        }
+        if self.charts.is_busy() {
+            self.answer_map();
+            return false;
         }
         let corrects = |waiting: &Waiting| {
             matches!(
@@ -375,6 +387,9 @@ impl Interpreter {
         }
         if let Some(errand) = &mut self.storage.errand {
             (errand.address, errand.check) = (address, check);
+            return;
+        }
+        if self.charts.asks(address, check) {
             return;
         }
         if let Err(error) = done {

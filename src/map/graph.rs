@@ -1,11 +1,8 @@
 //! The graph: places, and the arcs between them [B §3].
 
 use super::real::{larger, smaller};
-use super::{Cylinder, Disc, FARTHEST, Gaussian};
-use heapless::{String, Vec};
-
-/// The name of a place or of a landmark: up to 15 bytes.
-pub type Name = String<15, u8>;
+use super::{Cylinder, Disc, FARTHEST, Gaussian, Name};
+use heapless::Vec;
 
 /// How many landmarks a place remembers.
 pub const LANDMARKS: usize = 4;
@@ -61,7 +58,7 @@ pub struct Place {
 }
 
 /// A landmark, as it is seen from a place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Landmark {
     /// What it is called. Others may be called so, too.
@@ -80,7 +77,7 @@ impl Place {
     /// What is known of that landmark, if it is seen from here.
     #[must_use]
     pub fn landmark(&self, landmark: &str) -> Option<&Landmark> {
-        self.landmarks.iter().find(|known| known.name == landmark)
+        self.landmarks.iter().find(|known| *known.name == *landmark)
     }
 }
 
@@ -173,7 +170,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
         spot: Option<Disc>,
     ) -> Result<(), MapError> {
         let place = self.place_mut(place)?;
-        let known = |known: &&mut Landmark| known.name == landmark;
+        let known = |known: &&mut Landmark| *known.name == *landmark;
         if let Some(known) = place.landmarks.iter_mut().find(known) {
             known.spot = known.spot.or(spot);
             return Ok(());
@@ -233,6 +230,14 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
         found
     }
 
+    /// The width of the freeway between two places, m.
+    #[must_use]
+    pub fn freeway(&self, a: PlaceId, b: PlaceId) -> Option<f32> {
+        let mut arcs = self.arcs.iter();
+        let between = |arc: &&Arc| (arc.from, arc.to) == (a, b) || (arc.from, arc.to) == (b, a);
+        arcs.find(between)?.freeway
+    }
+
     /// Forgets the last place that was marked, and what leads there.
     pub fn unmark(&mut self) {
         if self.places.pop().is_some() {
@@ -251,7 +256,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     /// The place of that name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<PlaceId> {
-        let found = self.places.iter().position(|place| place.name == name);
+        let found = self.places.iter().position(|place| *place.name == *name);
         found.map(PlaceId::at)
     }
 

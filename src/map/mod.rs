@@ -6,33 +6,44 @@
 //!
 //! * [`Disc`], [`Heading`]: bounds of a position and of a heading; [`Cylinder`]: of both; [`Motion`]: what a turn and a straight run are known to have been.
 //! * [`Map`]: the graph of places and arcs, in fixed memory.
-//! * [`Journey`], [`Map::is_plausible`], [`Map::identify`]: forward and backward reasoning.
-//! * [`Map::route`]: through freeways that are wide enough; [`Map::relation`]: the tightest chain of arcs; [`Map::crosses`]: whether two straight ways cross.
+//! * [`Journey`], [`Map::is_plausible`], [`Map::identify`]: forward and backward reasoning; [`Sighting`]: what a landmark tells.
+//! * [`Map::route`]: through freeways that are wide enough; [`Relations`]: the tightest chains of arcs; [`Map::crosses`]: whether two straight ways cross.
+//! * [`Recorder`]: from what the base does to motions with bounds. [`Gaussian`]: beside each bound, what is likely.
+//! * [`Atlas`]: all of it at work, piece by piece.
 //!
-//! All of it is pure: nothing here reads a clock, moves anything or knows the controller. Lengths are metres, angles radians.
+//! All of it is pure: nothing here reads a clock or moves anything; only the atlas and its trail know an estimator. Lengths are metres, angles radians.
 
+mod arrival;
+mod atlas;
 mod crossing;
 mod cylinder;
 mod disc;
 mod gaussian;
 mod graph;
 mod heading;
+mod name;
 mod real;
 mod reason;
 mod recorder;
 mod relations;
 mod route;
+mod sighting;
+mod trail;
 
+pub use arrival::MEADOW;
+pub use atlas::{Answer, Atlas, Presence, Question, There};
 pub use crossing::{Crossing, crossing};
 pub use cylinder::{Cylinder, Improper, Motion};
 pub use disc::{Disc, FARTHEST};
 pub use gaussian::Gaussian;
-pub use graph::{Arc, LANDMARKS, Landmark, Map, MapError, Name, Place, PlaceId};
+pub use graph::{Arc, LANDMARKS, Landmark, Map, MapError, Place, PlaceId};
 pub use heading::Heading;
+pub use name::{Name, TooLong};
 pub use reason::{Backward, Contradiction, Journey, JourneyError, Reach};
 pub use recorder::{Bounds, Recorder, Step};
 pub use relations::Relations;
 pub use route::Route;
+pub use sighting::Sighting;
 
 /// What every computed bound is widened by, so that it holds though f64 rounds: 2⁻⁴⁰ of the lengths that went into it, a picometre a metre; and as many radians.
 ///

@@ -284,6 +284,15 @@ parameters! {
         /// A normally closed emergency-stop circuit is connected: open stops the base.
         EstopInput "estop_input" "-" 0.0..1.0 = 0.0 Switch;
 
+        /// Bound of a turn's error: the map's, which is a guarantee.
+        BoundTurn "bound_turn" "deg" 0.0..180.0 = 5.0 Value;
+        /// Bound of what the heading's error grows by on a run.
+        BoundTurnPerM "bound_turn_per_m" "deg/m" 0.0..180.0 = 0.6 Value;
+        /// Bound of a run's error, whatever its length.
+        BoundDist "bound_dist" "m" 0.0..10.0 = 0.05 Value;
+        /// Bound of what a run's error grows by with its length.
+        BoundDistRel "bound_dist_rel" "-" 0.0..1.0 = 0.05 Value;
+
         /// A motion without an end is stopped after this time without an accepted line; 0: never.
         Deadman "deadman" "s" 0.0..60.0 = 1.0 Value;
         /// Lines without a check are refused, and every line that is sent has one.
