@@ -295,9 +295,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     #[inline(never)]
     pub fn work(&mut self) -> bool {
         self.stage = match self.stage {
-            // What the next question will need.
-            Stage::Idle => return self.relate(),
-            Stage::Done(_) => return false,
+            Stage::Idle | Stage::Done(_) => return false,
             Stage::Relate => {
                 if self.relate() {
                     Stage::Relate

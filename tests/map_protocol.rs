@@ -1,0 +1,267 @@
+//! The map, as lines.
+
+mod common;
+
+use common::{Rig, is_unsolicited};
+
+/// A base that stands at the first place of a map.
+fn at_door() -> Rig {
+    let mut rig = Rig::noiseless();
+    assert_eq!(rig.ask("Mark door 0.4"), "Marked door");
+    rig
+}
+
+/// The rows of a list.
+fn rows(rig: &mut Rig, line: &str, head: &str) -> Vec<String> {
+    rig.unsolicited();
+    rig.receive(format!("{line}\n").as_bytes());
+    let mut rows = Vec::new();
+    for _ in 0..400 {
+        rig.tick();
+        rows.extend(rig.lines());
+    }
+    assert_eq!(rows.remove(0), head);
+    assert!(rows.iter().all(|row| row.starts_with("~ ")), "{rows:?}");
+    rows
+}
+
+/// The reply refuses, with this code; what was worked out to find that may be kept.
+fn cannot(rig: &mut Rig, line: &str, code: &str) {
+    let reply = rig.ask(line);
+    assert!(
+        reply.starts_with(&format!("ERR {code} ")),
+        "{line}: {reply}"
+    );
+}
+
+fn drive(rig: &mut Rig, turn: f64, distance: f64) {
+    rig.ok(&format!("t {turn}"));
+    rig.run(2.5);
+    rig.ok(&format!("m {distance}"));
+    rig.run(2.5 + distance.abs() / 0.3);
+    rig.unsolicited();
+}
+
+#[test]
+fn a_square_leads_back() {
+    let mut rig = at_door();
+    assert_eq!(rig.ask("AmIThere door"), "AmIThere door yes-maybe 1.000");
+    assert_eq!(rig.ask("Sight lamp 0 2 3 0.1"), "Added door");
+    for leg in 0..4 {
+        drive(&mut rig, 90.0, 1.0);
+        let there = rig.ask("AmIThere door");
+        let is = there.starts_with("AmIThere door yes-maybe");
+        // Figure 4: after one side and after two it is not, after four it is.
+        assert!(is == (leg == 3) || leg == 2, "{leg}: {there}");
+    }
+    // The lamp is where it was. The circles before shrink.
+    let confirmed = rig.ask("Sight lamp 0 2 3 0.1");
+    assert_eq!(confirmed, "Confirmed door 1");
+    let there = rig.ask("AmIThere door");
+    // A circle of the meadow's size, as a Gaussian with the same variance: 1 − exp(−2).
+    let probability: f64 = there.rsplit(' ').next().unwrap().parse().unwrap();
+    assert!(probability > 0.86, "{there}");
+}
+
+#[test]
+fn what_is_known_is_listed() {
+    let mut rig = at_door();
+    rig.ok("Label door lamp");
+    drive(&mut rig, 0.0, 2.0);
+    assert_eq!(rig.ask("Mark desk"), "Marked desk");
+    rig.ok("Freeway door desk 0.8");
+    let list = rows(&mut rig, "GetMap", "Map 2 1");
+    assert_eq!(list.len(), 3, "{list:?}");
+    assert_eq!(list[0], "~ place door 0.400 lamp");
+    assert_eq!(list[1], "~ place desk 0.500");
+    // [1.85, 2.15] m, ±(5 + 2 × 0.6)°: d = 2/cos 6.2° cos 1.2° or so.
+    assert!(list[2].starts_with("~ arc door desk 2.0"), "{list:?}");
+    let numbers: Vec<f64> = list[2]
+        .split(' ')
+        .skip(4)
+        .map(|w| w.parse().unwrap())
+        .collect();
+    let [d, beta, r, eta, alpha, freeway, x, y, theta, ..] = numbers[..] else {
+        panic!("{list:?}");
+    };
+    assert!(
+        (d - 2.01).abs() < 0.01 && (r - 0.27).abs() < 0.01,
+        "{list:?}"
+    );
+    assert!(beta.abs() < 0.01 && eta.abs() < 0.01 && (alpha - 6.2).abs() < 0.01);
+    assert!(freeway == 0.8 && (x - 2.0).abs() < 1e-3 && y.abs() < 1e-3 && theta.abs() < 1e-3);
+    assert_eq!(
+        rows(&mut rig, "Route door desk 0.7", "Route 2"),
+        ["~ door", "~ desk"]
+    );
+    rig.refused("Route door desk 0.9", "unknown");
+    let there = rows(&mut rig, "AmIThere", "AmIThere 2");
+    assert!(there[0].starts_with("~ door no 0.000"), "{there:?}");
+    assert!(there[1].starts_with("~ desk yes-maybe 1.000"), "{there:?}");
+    rig.ok("ForgetMap");
+    assert_eq!(rows(&mut rig, "GetMap", "Map 0 0"), Vec::<String>::new());
+    assert_eq!(
+        rows(&mut rig, "AmIThere", "AmIThere 0"),
+        Vec::<String>::new()
+    );
+}
+
+#[test]
+fn what_does_not_exist_is_unknown() {
+    let mut rig = at_door();
+    for line in [
+        "AmIThere desk",
+        "Sight lamp",
+        "Label desk lamp",
+        "Freeway door desk 1",
+        "Freeway door door 1",
+        "Route door desk 0",
+        "Crosses door door door desk",
+    ] {
+        // In the meadow, any landmark is a new one of this place: first drive out of it.
+        if line == "Sight lamp" {
+            drive(&mut rig, 0.0, 1.0);
+        }
+        cannot(&mut rig, line, "unknown");
+    }
+}
+
+#[test]
+fn what_is_not_understood_is_refused() {
+    let mut rig = at_door();
+    for line in [
+        "Mark",
+        "Mark a-name-of-16-bytes",
+        "Mark d+r",
+        "Mark desk 1 2",
+        "Mark desk x",
+        "AmIThere a b",
+        "Sight",
+        "Sight lamp 10",
+        "Sight lamp 10 1 2 3 4",
+        "Label door",
+        "Freeway door desk",
+        "Route door desk",
+        "Crosses door door door",
+        "GetMap 1",
+        "ForgetMap 1",
+    ] {
+        rig.refused(line, "syntax");
+    }
+    for line in [
+        "Mark desk -1",
+        "Mark desk 1001",
+        "Sight lamp 361 1",
+        "Sight lamp 10 181",
+        "Sight lamp 10 1 -1",
+        "Sight lamp 10 1 1 -1",
+        "Freeway door door -1",
+        "Route door door 1e4",
+    ] {
+        rig.refused(line, "range");
+    }
+    assert_eq!(rows(&mut rig, "GetMap", "Map 1 0"), ["~ place door 0.400"]);
+}
+
+#[test]
+fn a_contradiction_is_told_and_changes_nothing() {
+    let mut rig = at_door();
+    drive(&mut rig, 0.0, 2.0);
+    assert_eq!(rig.ask("Mark desk"), "Marked desk");
+    let before = rows(&mut rig, "GetMap", "Map 2 1");
+    // 2 m away it is not at the door.
+    cannot(&mut rig, "Mark door", "contradiction");
+    cannot(&mut rig, "Mark door 1", "contradiction");
+    assert_eq!(rows(&mut rig, "GetMap", "Map 2 1"), before);
+    // It still knows where it is.
+    assert!(rig.ask("AmIThere door").starts_with("AmIThere door no"));
+    // A meadow that reaches here is another matter.
+    assert!(rig.ask("Mark door 2").starts_with("Confirmed door"));
+}
+
+#[test]
+fn a_landmark_of_two_places_is_one_of_both() {
+    let mut rig = at_door();
+    rig.ok("Label door lamp");
+    drive(&mut rig, 0.0, 1.0);
+    assert_eq!(rig.ask("Mark desk 0.4"), "Marked desk");
+    rig.ok("Label desk lamp");
+    rig.ok("SetParam bound_dist 0.8");
+    // Half way: it may be either.
+    drive(&mut rig, 180.0, 0.5);
+    assert_eq!(rig.ask("Sight lamp"), "Unsure 2");
+    // Beyond both, with bounds that tell.
+    rig.ok("SetParam bound_dist 0.05");
+    drive(&mut rig, 0.0, 0.6);
+    assert!(rig.ask("Sight lamp").starts_with("Confirmed door"));
+}
+
+#[test]
+fn a_map_is_full_at_32_places() {
+    let mut rig = Rig::noiseless();
+    for place in 0..32 {
+        assert_eq!(
+            rig.ask(&format!("Mark p{place}")),
+            format!("Marked p{place}")
+        );
+    }
+    cannot(&mut rig, "Mark p32", "full");
+    for label in 0..4 {
+        rig.ok(&format!("Label p3 l{label}"));
+    }
+    rig.refused("Label p3 l4", "full");
+    assert_eq!(rows(&mut rig, "GetMap", "Map 32 31").len(), 63);
+}
+
+#[test]
+fn ways_cross_or_not() {
+    let mut rig = at_door();
+    for line in [
+        "SetParam bound_turn 1",
+        "SetParam bound_turn_per_m 0.1",
+        "SetParam bound_dist 0.02",
+        "SetParam bound_dist_rel 0.01",
+    ] {
+        rig.ok(line);
+    }
+    for name in ["a", "b", "c"] {
+        drive(&mut rig, 90.0, 2.0);
+        assert_eq!(rig.ask(&format!("Mark {name}")), format!("Marked {name}"));
+    }
+    // A square: its diagonals cross, its sides do not.
+    assert_eq!(rig.ask("Crosses door b a c"), "Crosses must");
+    assert_eq!(rig.ask("Crosses door a b c"), "Crosses cannot");
+    assert_eq!(rig.ask("Crosses door a a b"), "Crosses may");
+}
+
+#[test]
+fn corrections_do_not_move_the_map() {
+    // Figure 4's drive, while corrections throw the estimate about.
+    let mut rig = Rig::new();
+    assert_eq!(rig.ask("Mark door 0.4"), "Marked door");
+    rig.ok("SetParam gate 0");
+    for _ in 0..4 {
+        drive(&mut rig, 90.0, 1.0);
+        let reply = rig.ask("ObservePos 3 -2 50 1e-4 0 0 1e-4 0 1");
+        assert!(reply.starts_with("Observed"), "{reply}");
+        rig.run(0.2);
+    }
+    let there = rig.ask("AmIThere door");
+    assert!(there.starts_with("AmIThere door yes-maybe"), "{there}");
+    let probability: f64 = there.rsplit(' ').next().unwrap().parse().unwrap();
+    // By odometry it is back within some centimetres, and the meadow is 0.4 m.
+    assert!(probability > 0.99, "{there}");
+}
+
+#[test]
+fn a_reply_comes_in_order_with_its_tag_and_check() {
+    let mut rig = at_door();
+    let replies = rig.ask_all(b"@1 AmIThere door\n@2 GetTime\n@3 Mark desk\n", 3);
+    assert!(
+        replies[0].starts_with("@1 AmIThere door yes-maybe"),
+        "{replies:?}"
+    );
+    assert!(replies[1].starts_with("@2 Time"), "{replies:?}");
+    assert_eq!(replies[2], "@3 Marked desk");
+    assert!(!is_unsolicited(&replies[0]));
+}

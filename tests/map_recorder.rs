@@ -1,0 +1,214 @@
+//! From what the base does to motions with bounds: whatever way it drives, and however its odometry is wrong within them, it is inside.
+
+mod common;
+mod mapped;
+
+use common::Random;
+use mapped::{Pose, holds, within};
+use std::f64::consts::FRAC_PI_2;
+use vehicle_controller::map::{Bounds, Cylinder, Motion, Recorder, Step};
+
+/// The paper's ±5° and ±(5 + 0.05 d) cm, and a drift.
+const BOUNDS: Bounds = Bounds {
+    turn: 0.087_266_46,
+    turn_per_metre: 0.01,
+    distance: 0.05,
+    distance_share: 0.05,
+};
+
+/// A base whose odometry is wrong.
+struct Base {
+    recorder: Recorder<12>,
+    /// As odometry has it, and the truth.
+    measured: Pose,
+    truth: Pose,
+}
+
+/// A turn in place, and a run of a constant curvature.
+#[derive(Clone, Copy, Debug)]
+struct Leg {
+    turn: f64,
+    run: f64,
+    curvature: f64,
+}
+
+/// What is wrong of it: the turn, in all; the run's heading, per metre and of what it turns; its length, per metre.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wrong {
+    turn: f64,
+    drift: f64,
+    curve: f64,
+    scale: f64,
+}
+
+impl Base {
+    fn new() -> Self {
+        Self {
+            recorder: Recorder::new(),
+            measured: Pose::default(),
+            truth: Pose::default(),
+        }
+    }
+
+    /// Moves on by an arc, and truly by another one.
+    fn step(&mut self, [run, turn]: [f64; 2], [true_run, true_turn]: [f64; 2]) {
+        self.recorder.take(
+            &Step {
+                travelled: run,
+                turned: turn,
+                path: run.abs(),
+                swing: turn.abs(),
+            },
+            &BOUNDS,
+        );
+        let arc = |pose: Pose, run: f64, turn: f64| {
+            let half = 0.5 * turn;
+            let chord = run * if half == 0.0 { 1.0 } else { half.sin() / half };
+            let turned = pose.after([half, chord]);
+            turned.after([half, 0.0])
+        };
+        self.measured = arc(self.measured, run, turn);
+        self.truth = arc(self.truth, true_run, true_turn);
+    }
+
+    fn drive(&mut self, leg: &Leg, wrong: &Wrong) {
+        let steps = (leg.turn.abs() / 0.017).ceil().max(1.0);
+        let turned = leg.turn / steps;
+        for _ in 0..steps as u32 {
+            let share = if leg.turn == 0.0 {
+                0.0
+            } else {
+                wrong.turn / steps
+            };
+            self.step([0.0, turned], [0.0, turned + share]);
+        }
+        let steps = (leg.run.abs() / 0.005).ceil().max(1.0);
+        let run = leg.run / steps;
+        for _ in 0..steps as u32 {
+            let turn = run * leg.curvature;
+            let true_turn = turn * (1.0 + wrong.curve) + wrong.drift * run.abs();
+            self.step([run, turn], [run * (1.0 + wrong.scale), true_turn]);
+        }
+    }
+
+    fn is_inside(&self) -> bool {
+        holds(&self.recorder.bound(&BOUNDS), self.truth)
+    }
+}
+
+#[test]
+fn a_turn_and_a_straight_run_are_one_motion_of_the_paper() {
+    let mut base = Base::new();
+    let bounds = Bounds {
+        turn_per_metre: 0.0,
+        ..BOUNDS
+    };
+    for step in 0..180 {
+        let turned = FRAC_PI_2 / 90.0;
+        let step = if step < 90 {
+            Step {
+                turned,
+                swing: turned,
+                ..Step::default()
+            }
+        } else {
+            Step {
+                travelled: 2.0 / 90.0,
+                path: 2.0 / 90.0,
+                ..Step::default()
+            }
+        };
+        base.recorder.take(&step, &bounds);
+    }
+    let is = base.recorder.bound(&bounds);
+    let motion = Motion {
+        turn: FRAC_PI_2,
+        turn_bound: BOUNDS.turn,
+        nearest: 2.0 - 0.15,
+        farthest: 2.0 + 0.15,
+    };
+    let paper = Cylinder::of_motion(&motion).unwrap();
+    // Sums of 90 roundings.
+    assert!((is.disc.radius - paper.disc.radius).abs() < 1e-9, "{is:?}");
+    assert!((is.disc.x - paper.disc.x).abs() < 1e-9);
+    assert!((is.disc.y - paper.disc.y).abs() < 1e-9);
+    assert!((is.heading.half() - BOUNDS.turn).abs() < 1e-9);
+}
+
+#[test]
+fn a_base_that_has_not_moved_is_where_it_was() {
+    let recorder = Recorder::<12>::new();
+    assert_eq!(recorder.bound(&BOUNDS), Cylinder::HERE);
+    assert!(recorder.is_empty());
+}
+
+#[test]
+fn a_square_is_as_tight_as_the_theory_s() {
+    let mut base = Base::new();
+    let leg = Leg {
+        turn: FRAC_PI_2,
+        run: 1.0,
+        curvature: 0.0,
+    };
+    for _ in 0..4 {
+        base.drive(&leg, &Wrong::default());
+    }
+    let radius = base.recorder.bound(&BOUNDS).disc.radius;
+    // ±5°, ±5 cm: 0.70 m from the right. The paper's 5 cm per metre doubles the length's part, and 0.01 rad/m adds a tenth of the heading's.
+    assert!((0.70..1.15).contains(&radius), "{radius}");
+    assert!(base.is_inside());
+}
+
+#[test]
+fn curves_corners_and_backing_are_inside_however_wrong_odometry_is() {
+    let mut random = Random(0x5EED_0081);
+    let (mut excluding, mut legs) = (0, 0);
+    for drive in 0..1500 {
+        let mut base = Base::new();
+        for _ in 0..1 + random.below(10) {
+            let run = match random.below(4) {
+                0 => -random.between(0.05, 1.5),
+                _ => random.between(0.05, 4.0),
+            };
+            let straight = random.below(2) == 0;
+            let curvature = if straight {
+                0.0
+            } else {
+                // No more than a half turn in all.
+                random.between(-3.0, 3.0) / run.abs().max(0.3)
+            };
+            let turn: f64 = random.between(-3.0, 3.0);
+            let leg = Leg {
+                // Without a turn in place, a motion that is its run turned back or goes on.
+                turn: turn.signum() * turn.abs().max(0.05),
+                run,
+                curvature,
+            };
+            // What the curve is wrong by and what the turn is are one motion's.
+            let in_turn = within(&mut random, -1.0, 1.0) * BOUNDS.turn;
+            let swing = (curvature * run).abs();
+            let in_curve = (BOUNDS.turn - in_turn.abs()) * within(&mut random, -1.0, 1.0);
+            let allowed = BOUNDS.distance + BOUNDS.distance_share * run.abs();
+            let wrong = Wrong {
+                turn: in_turn,
+                drift: within(&mut random, -1.0, 1.0) * BOUNDS.turn_per_metre,
+                curve: if swing > 0.1 { in_curve / swing } else { 0.0 },
+                scale: within(&mut random, -1.0, 1.0) * allowed / run.abs(),
+            };
+            base.drive(&leg, &wrong);
+            legs += 1;
+            assert!(
+                base.is_inside(),
+                "drive {drive}: {leg:?} {wrong:?}: {:?} {:?}",
+                base.recorder.bound(&BOUNDS),
+                base.truth
+            );
+        }
+        // It is a bound that says something: it does not hold all that the drive could reach.
+        let radius = base.recorder.bound(&BOUNDS).disc.radius;
+        let far = base.measured.x.hypot(base.measured.y);
+        excluding += u32::from(radius < far);
+    }
+    println!("{legs} legs; {excluding} drives are known not to be back");
+    assert!(excluding > 700);
+}
