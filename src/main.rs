@@ -29,8 +29,8 @@ mod app {
     use heapless::spsc::{Consumer, Producer, Queue};
     use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
     use vehicle_controller::interpreter::{self, Identity, Interpreter};
-    use vehicle_controller::params::Params;
     use vehicle_controller::params::store::Store;
+    use vehicle_controller::params::{Params, Restored};
     use vehicle_controller::supervisor::{Fault, Heartbeat, Place};
     use vehicle_controller::time::{Duration, Instant};
 
@@ -121,10 +121,7 @@ mod app {
             Ok(vehicle) => vehicle,
             Err(message) => fail(message),
         };
-        let controller = ctx
-            .local
-            .controller_place
-            .write(Controller::new(vehicle, config, fault));
+        let controller = place_controller(ctx.local.controller_place, vehicle, &config, fault);
         let identity = Identity {
             target: board::TARGET,
             reset_cause,
@@ -137,18 +134,13 @@ mod app {
         let shared = Shared {
             idle_alive: AtomicBool::new(true),
         };
-        let interpreter = ctx
-            .local
-            .interpreter_place
-            .write(Interpreter::with_storage(identity, &defaults, &found));
+        let interpreter =
+            place_interpreter(ctx.local.interpreter_place, identity, &defaults, &found);
         if let Some(fault) = fault {
             interpreter.notify(Event::Fault(fault, Place::Base));
         }
         let local = Local {
-            desk: ctx
-                .local
-                .desk_place
-                .write(Interface::new(controller.snapshot(), found.params.limits())),
+            desk: place_desk(ctx.local.desk_place, controller, &found.params),
             controller,
             sensors: board.sensors,
             timer: board.timer,
@@ -171,6 +163,37 @@ mod app {
             bytes,
         };
         (shared, local)
+    }
+
+    // Of what is made in place, the compiler still keeps parts on the stack: in a frame of their own each.
+
+    #[inline(never)]
+    fn place_controller(
+        place: &'static mut MaybeUninit<Controller<board::Vehicle>>,
+        vehicle: board::Vehicle,
+        config: &vehicle_controller::controller::Config<Config>,
+        fault: Option<Fault>,
+    ) -> &'static mut Controller<board::Vehicle> {
+        place.write(Controller::new(vehicle, *config, fault))
+    }
+
+    #[inline(never)]
+    fn place_interpreter(
+        place: &'static mut MaybeUninit<Interpreter>,
+        identity: Identity,
+        defaults: &Params,
+        found: &Restored,
+    ) -> &'static mut Interpreter {
+        place.write(Interpreter::with_storage(identity, defaults, found))
+    }
+
+    #[inline(never)]
+    fn place_desk(
+        place: &'static mut MaybeUninit<Desk>,
+        controller: &Controller<board::Vehicle>,
+        params: &Params,
+    ) -> &'static mut Desk {
+        place.write(Interface::new(controller.snapshot(), params.limits()))
     }
 
     /// The tick.

@@ -148,11 +148,22 @@ enum Listing {
 }
 
 /// The map, and what is being said of it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Charts {
     pub(super) atlas: Atlas,
     pending: Option<Pending>,
     listing: Option<Listing>,
+}
+
+impl Default for Charts {
+    // It is too large to be moved.
+    fn default() -> Self {
+        Self {
+            atlas: Atlas::new(),
+            pending: None,
+            listing: None,
+        }
+    }
 }
 
 impl Charts {
@@ -177,6 +188,7 @@ impl Charts {
 
 impl Interpreter {
     /// Records what the base does, and does a piece of what was asked.
+    #[inline(never)]
     pub(super) fn chart<C: Blueprint>(&mut self, desk: &Desk<C>) {
         let estimator = &desk.snapshot().estimator;
         self.charts.atlas.update(estimator, &bounds(&self.params));
@@ -240,6 +252,7 @@ impl Interpreter {
     }
 
     /// `Map <places> <arcs>`, and the rows after that.
+    #[inline(never)]
     pub(super) fn list_map(&mut self, text: &mut Text) {
         let map = self.charts.atlas.map();
         text.str("Map")
@@ -275,6 +288,7 @@ impl Interpreter {
 }
 
 impl Charts {
+    #[inline(never)]
     fn tell(&mut self, text: &mut Text, answer: Answer, about: Option<PlaceId>) {
         let map = self.atlas.map();
         let name = |place| map.place(place).map(|place| place.name).unwrap_or_default();

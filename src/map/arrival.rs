@@ -18,7 +18,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     /// The last place where the journey stopped, or began, and what is known of the base as seen from there.
     fn last_place(&self) -> Option<(PlaceId, Cylinder, Gaussian)> {
         let asked = &self.asked;
-        match self.stops.last() {
+        match self.stops.0.last() {
             Some((Some(place), _)) => Some((*place, asked.arc, asked.likely_arc)),
             _ => Some((self.anchor?, asked.here, asked.likely_here)),
         }
@@ -58,7 +58,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
         let stopped = self.anchor.is_some() && self.journey.go_to(&arc, &here).is_ok();
         if stopped {
             // There is as much room as in the journey.
-            let _ = self.stops.push((Some(place), self.asked.likely_here));
+            let _ = self.stops.0.push((Some(place), self.asked.likely_here));
             self.trail.resume(&self.asked.since);
         } else {
             self.start_at(place, &Cylinder::HERE);
@@ -72,12 +72,12 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     fn start_at(&mut self, place: PlaceId, here: &Cylinder) {
         self.anchor = Some(place);
         self.journey.restart();
-        self.stops.clear();
+        self.stops.0.clear();
         self.origin = Gaussian::about(here);
         if *here != Cylinder::HERE {
             // There is room: nothing is there.
             let _ = self.journey.go_to(here, here);
-            let _ = self.stops.push((None, self.origin));
+            let _ = self.stops.0.push((None, self.origin));
         }
         self.trail.resume(&self.asked.since);
         self.whole = self.asked.since.stretch;
@@ -210,7 +210,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
             return self.arrive(claim, backward.shrunk());
         };
         self.journey.tighten(stop, &bound);
-        if let (Some((Some(place), likely)), Some(anchor)) = (self.stops.get(stop), self.anchor)
+        if let (Some((Some(place), likely)), Some(anchor)) = (self.stops.0.get(stop), self.anchor)
             && *place != anchor
         {
             // It ties down the rubbery map. Without room for it, nothing that was known is lost.

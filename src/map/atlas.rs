@@ -116,6 +116,21 @@ pub(super) struct Asked {
     pub(super) since: Trail<FEW>,
 }
 
+/// The places where a journey stopped, and where each most likely is. Where it began within a meadow there is none.
+#[derive(Clone, Debug)]
+pub(super) struct Stops<const STOPS: usize>(pub(super) Vec<(Option<PlaceId>, Gaussian), STOPS>);
+
+impl<const STOPS: usize> Stops<STOPS> {
+    #[allow(
+        clippy::inline_always,
+        reason = "otherwise it is made on the stack and moved"
+    )]
+    #[inline(always)]
+    const fn new() -> Self {
+        Self(Vec::new())
+    }
+}
+
 /// The map of a base, its drive, and its reasoning.
 ///
 /// ```
@@ -151,8 +166,7 @@ pub struct Atlas<const PLACES: usize = 32, const ARCS: usize = 96, const STOPS: 
     /// The place in whose frame the journey began. `None` if nobody knows.
     pub(super) anchor: Option<PlaceId>,
     pub(super) journey: Journey<STOPS>,
-    /// The places where it stopped, and where each most likely is. Where it began within a meadow there is none.
-    pub(super) stops: Vec<(Option<PlaceId>, Gaussian), STOPS, u8>,
+    pub(super) stops: Stops<STOPS>,
     /// Since the last stop.
     pub(super) trail: Trail<MOTIONS>,
     /// Where the journey most likely began, and what it has done since.
@@ -173,13 +187,18 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Default
 impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, ARCS, STOPS> {
     /// A map of nothing, of a base that has just started.
     #[must_use]
+    #[allow(
+        clippy::inline_always,
+        reason = "otherwise it is made on the stack and moved"
+    )]
+    #[inline(always)]
     pub fn new() -> Self {
         Self {
             map: Map::new(),
             relations: Relations::default(),
             anchor: None,
             journey: Journey::new(),
-            stops: Vec::new(),
+            stops: Stops::new(),
             trail: Trail::default(),
             origin: Gaussian::HERE,
             whole: Stretch::default(),
@@ -215,6 +234,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
 
     /// Takes in what the base has done. Call it after each tick, or as often as there is time for: between two calls its way should not be more than some
     /// millimetres.
+    #[inline(never)]
     pub fn update(&mut self, estimator: &Estimator, bounds: &Bounds) {
         if !estimator.is_finite() {
             // Nobody knows any more what it has done.
@@ -237,7 +257,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     pub fn lose(&mut self) {
         self.anchor = None;
         self.journey.restart();
-        self.stops.clear();
+        self.stops.0.clear();
         self.relations.begin(None);
         self.stage = Stage::Idle;
     }

@@ -38,13 +38,18 @@ impl core::error::Error for JourneyError {}
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Journey<const STOPS: usize = 32> {
-    arcs: Vec<Cylinder, STOPS, u8>,
-    bounds: Vec<Cylinder, STOPS, u8>,
+    arcs: Vec<Cylinder, STOPS>,
+    bounds: Vec<Cylinder, STOPS>,
 }
 
 impl<const STOPS: usize> Journey<STOPS> {
     /// A journey that has not begun.
     #[must_use]
+    #[allow(
+        clippy::inline_always,
+        reason = "otherwise it is made on the stack and moved"
+    )]
+    #[inline(always)]
     pub const fn new() -> Self {
         Self {
             arcs: Vec::new(),

@@ -39,7 +39,7 @@ pub struct Step {
 /// The motions of a drive, each with its bound: `MOTIONS` of them at most, the oldest of more taken together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recorder<const MOTIONS: usize> {
-    motions: Vec<Cylinder, MOTIONS, u8>,
+    motions: Vec<Cylinder, MOTIONS>,
     open: Open,
 }
 
@@ -81,6 +81,11 @@ const RUN: f64 = 0.02;
 impl<const MOTIONS: usize> Recorder<MOTIONS> {
     /// Nothing yet.
     #[must_use]
+    #[allow(
+        clippy::inline_always,
+        reason = "otherwise it is made on the stack and moved"
+    )]
+    #[inline(always)]
     pub const fn new() -> Self {
         Self {
             motions: Vec::new(),

@@ -1,6 +1,7 @@
 //! Where every place lies as seen from one of them: the tightest chains of arcs, a place at a time.
 
 use super::{Arc, Cylinder, Gaussian, Map, PlaceId};
+use heapless::Vec;
 
 /// The best chain of arcs to a place that is known so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,8 +11,26 @@ struct Way {
     before: PlaceId,
     /// The last arc, by its place in the map.
     arc: u8,
-    /// There is none better.
-    settled: bool,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// No chain of arcs leads there, as far as is known.
+    Unknown,
+    /// One does.
+    Open,
+    /// And there is none better.
+    Settled,
+}
+
+impl Way {
+    const NONE: Self = Self {
+        bound: Cylinder::HERE,
+        before: PlaceId::FIRST,
+        arc: 0,
+        state: State::Unknown,
+    };
 }
 
 /// Where the frames of places lie as seen from the `root`, by Dijkstra's algorithm with the radius of the bound as length.
@@ -20,15 +39,21 @@ struct Way {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relations<const PLACES: usize = 32> {
     root: Option<PlaceId>,
-    ways: [Option<Way>; PLACES],
+    /// Those of the first places; nothing is known of others.
+    ways: Vec<Way, PLACES>,
     complete: bool,
 }
 
 impl<const PLACES: usize> Default for Relations<PLACES> {
+    #[allow(
+        clippy::inline_always,
+        reason = "otherwise it is made on the stack and moved"
+    )]
+    #[inline(always)]
     fn default() -> Self {
         Self {
             root: None,
-            ways: [None; PLACES],
+            ways: Vec::new(),
             complete: true,
         }
     }
@@ -58,17 +83,15 @@ impl<const PLACES: usize> Relations<PLACES> {
     /// Begins anew, as seen from this place; of none, nothing is known.
     pub fn begin(&mut self, root: Option<PlaceId>) {
         self.root = root;
-        self.ways = [None; PLACES];
+        self.ways.clear();
+        // As many as there is room for.
+        while root.is_some() && self.ways.push(Way::NONE).is_ok() {}
         self.complete = root.is_none();
         if let Some(root) = root
             && let Some(way) = self.ways.get_mut(root.index())
         {
-            *way = Some(Way {
-                bound: Cylinder::HERE,
-                before: root,
-                arc: 0,
-                settled: false,
-            });
+            way.before = root;
+            way.state = State::Open;
         }
     }
 
@@ -102,7 +125,7 @@ impl<const PLACES: usize> Relations<PLACES> {
             let Some(known) = self.ways.get_mut(end.index()) else {
                 continue;
             };
-            if known.is_some_and(|known| known.settled) {
+            if known.state == State::Settled {
                 continue;
             }
             let step = seen_from(arc, here);
@@ -111,13 +134,14 @@ impl<const PLACES: usize> Relations<PLACES> {
             } else {
                 bound.then(&step)
             };
-            if known.is_none_or(|known| reached.disc.radius < known.bound.disc.radius) {
-                *known = Some(Way {
+            let is_first = known.state == State::Unknown;
+            if is_first || reached.disc.radius < known.bound.disc.radius {
+                *known = Way {
                     bound: reached,
                     before: here,
                     arc: index as u8,
-                    settled: false,
-                });
+                    state: State::Open,
+                };
             }
         }
         true
@@ -125,13 +149,9 @@ impl<const PLACES: usize> Relations<PLACES> {
 
     /// The place with the smallest radius that is not settled yet.
     fn nearest(&self) -> Option<PlaceId> {
-        let open = self
-            .ways
-            .iter()
-            .enumerate()
-            .filter_map(|(index, way)| Some((index, way.as_ref()?)));
+        let open = self.ways.iter().enumerate();
         let (index, _) = open
-            .filter(|(_, way)| !way.settled)
+            .filter(|(_, way)| way.state == State::Open)
             .min_by(|(_, a), (_, b)| a.bound.disc.radius.total_cmp(&b.bound.disc.radius))?;
         Some(PlaceId::at(index))
     }
@@ -145,10 +165,10 @@ impl<const PLACES: usize> Relations<PLACES> {
                 right = Some(right.map_or(step, |rest| step.then(&rest)));
             }
         }
-        let Some(Some(way)) = self.ways.get_mut(here.index()) else {
+        let Some(way) = self.ways.get_mut(here.index()) else {
             return Cylinder::HERE;
         };
-        way.settled = true;
+        way.state = State::Settled;
         if let Some(right) = right {
             way.bound = way.bound.tighter(&right);
         }
@@ -163,7 +183,7 @@ impl<const PLACES: usize> Relations<PLACES> {
             if Some(place) == self.root {
                 return None;
             }
-            let way = self.ways.get(place.index())?.as_ref()?;
+            let way = self.ways.get(place.index())?;
             place = way.before;
             Some((way.before, way.arc))
         })
@@ -172,8 +192,8 @@ impl<const PLACES: usize> Relations<PLACES> {
     /// Where a place's frame lies as seen from the root's. `None` if no chain of arcs leads there, or it is not settled yet.
     #[must_use]
     pub fn to(&self, place: PlaceId) -> Option<Cylinder> {
-        let way = self.ways.get(place.index())?.as_ref()?;
-        way.settled.then_some(way.bound)
+        let way = self.ways.get(place.index())?;
+        (way.state == State::Settled).then_some(way.bound)
     }
 
     /// The most likely place of it, by the compounds of the same chain.

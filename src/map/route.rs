@@ -6,12 +6,12 @@ use heapless::Vec;
 /// The places of a route, from the first to the last.
 pub type Route<const PLACES: usize> = Vec<PlaceId, PLACES, u8>;
 
-/// The shortest way to a place that is known so far.
+/// The shortest way from a place that is known so far.
 #[derive(Clone, Copy)]
 struct Way {
     length: f32,
-    /// The place before the last one. The first place's is itself.
-    before: PlaceId,
+    /// The place after the first one. The last place's is itself.
+    next: PlaceId,
     /// There is none better.
     settled: bool,
 }
@@ -22,16 +22,17 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     #[must_use]
     #[inline(never)]
     pub fn route(&self, from: PlaceId, to: PlaceId, width: f32) -> Option<Route<PLACES>> {
-        self.place(to)?;
+        self.place(from)?;
+        // From the end, since a way is found from where it ends: so the route begins at its beginning.
         let mut ways = [None; PLACES];
-        *ways.get_mut(from.index())? = Some(Way {
+        *ways.get_mut(to.index())? = Some(Way {
             length: 0.0,
-            before: from,
+            next: to,
             settled: false,
         });
         loop {
             let (here, length) = nearest(&mut ways)?;
-            if here == to {
+            if here == from {
                 break;
             }
             for arc in self.arcs() {
@@ -49,21 +50,20 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
                 {
                     *known = Some(Way {
                         length,
-                        before: here,
+                        next: here,
                         settled: false,
                     });
                 }
             }
         }
         let mut route = Route::new();
-        let mut place = to;
+        let mut place = from;
         route.push(place).ok()?;
-        while place != from {
+        while place != to {
             // No longer than there are places: a way leads through none twice.
-            place = ways.get(place.index())?.as_ref()?.before;
+            place = ways.get(place.index())?.as_ref()?.next;
             route.push(place).ok()?;
         }
-        route.reverse();
         Some(route)
     }
 }

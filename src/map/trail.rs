@@ -4,7 +4,7 @@ use super::{Bounds, Gaussian, Recorder, Step};
 use crate::controller::{Estimate, Estimator, Passage, Stretch};
 
 /// A drive since some instant, its motions bounded, `MOTIONS` of them kept apart; and reckoned by the estimator's own increments.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Trail<const MOTIONS: usize> {
     pub(super) recorder: Recorder<MOTIONS>,
     pub(super) stretch: Stretch,
@@ -27,6 +27,20 @@ impl From<&Estimate> for Gaussian {
         Self {
             mean: [pose.x, pose.y, crate::math::wrap(pose.theta)].map(|number| number as f32),
             covariance: [c.m11, c.m12, c.m13, c.m22, c.m23, c.m33].map(|number| number as f32),
+        }
+    }
+}
+
+impl<const MOTIONS: usize> Default for Trail<MOTIONS> {
+    #[allow(
+        clippy::inline_always,
+        reason = "otherwise it is made on the stack and moved"
+    )]
+    #[inline(always)]
+    fn default() -> Self {
+        Self {
+            recorder: Recorder::new(),
+            stretch: Stretch::default(),
         }
     }
 }

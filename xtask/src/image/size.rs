@@ -8,8 +8,8 @@ use super::elf::{Image, Section};
 use super::vehicle::Vehicle;
 
 /// What issue and README promise.
-const FLASH_LIMIT: u32 = 96 * 1024;
-const RAM_LIMIT: u32 = 16 * 1024;
+const FLASH_LIMIT: u32 = 160 * 1024;
+const RAM_LIMIT: u32 = 48 * 1024;
 
 /// How many symbols are worth reading.
 const LARGEST: usize = 12;
