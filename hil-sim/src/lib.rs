@@ -7,6 +7,7 @@ pub mod consistency;
 #[cfg(feature = "emulator")]
 pub mod emulator;
 pub mod faults;
+pub mod map;
 pub mod motor_controller;
 pub mod peripherals;
 pub mod plant;

@@ -182,6 +182,7 @@ impl<const STOPS: usize> Journey<STOPS> {
     pub fn look_back(&self, bound: &Cylinder) -> Backward {
         Backward {
             known: *bound,
+            since: None,
             left: self.bounds.len() as u8,
             shrunk: 0,
             done: false,
@@ -217,6 +218,17 @@ impl<const STOPS: usize> Journey<STOPS> {
         backward.shrunk += 1;
         backward.left -= 1;
         backward.known = common.then(&arc.inverse());
+        // The other grouping: all of the chain at once, from where it ends.
+        let (end, chain) = match &backward.since {
+            Some((end, since)) => {
+                let chain = arc.then(since);
+                let known = end.then(&chain.inverse());
+                backward.known = backward.known.common(&known).unwrap_or(backward.known);
+                (*end, chain)
+            }
+            None => (common, *arc),
+        };
+        backward.since = Some((end, chain));
         Ok(Some((stop, common)))
     }
 
@@ -250,6 +262,8 @@ impl Reach {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backward {
     known: Cylinder,
+    /// The present stop, and the chain of arcs that has led there since the one that is looked at.
+    since: Option<(Cylinder, Cylinder)>,
     left: u8,
     shrunk: u8,
     done: bool,

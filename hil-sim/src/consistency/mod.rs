@@ -3,7 +3,7 @@
 
 mod report;
 mod trial;
-mod world;
+pub(crate) mod world;
 
 pub use report::{Estimated, Gain, Moment, Report};
 pub use trial::{Check, Fix, Outcome, Trial};

@@ -1,0 +1,4 @@
+//! The relational map in simulation: landmarks that are sighted, tours of many places, and pictures of what is known.
+
+pub mod tour;
+pub mod walker;
