@@ -6,7 +6,7 @@ mod mapped;
 use common::Random;
 use mapped::{Pose, holds, within};
 use std::f64::consts::FRAC_PI_2;
-use vehicle_controller::map::{Bounds, Cylinder, Motion, Recorder, Step};
+use vehicle_controller::map::{Bounds, Cylinder, Leg, Motion, Recorder, Step};
 
 /// The paper's ±5° and ±(5 + 0.05 d) cm, and a drift.
 const BOUNDS: Bounds = Bounds {
@@ -26,7 +26,7 @@ struct Base {
 
 /// A turn in place, and a run of a constant curvature.
 #[derive(Clone, Copy, Debug)]
-struct Leg {
+struct Piece {
     turn: f64,
     run: f64,
     curvature: f64,
@@ -71,7 +71,7 @@ impl Base {
         self.truth = arc(self.truth, true_run, true_turn);
     }
 
-    fn drive(&mut self, leg: &Leg, wrong: &Wrong) {
+    fn drive(&mut self, leg: &Piece, wrong: &Wrong) {
         let steps = (leg.turn.abs() / 0.017).ceil().max(1.0);
         let turned = leg.turn / steps;
         for _ in 0..steps as u32 {
@@ -92,7 +92,8 @@ impl Base {
     }
 
     fn is_inside(&self) -> bool {
-        holds(&self.recorder.bound(&BOUNDS), self.truth)
+        let leg = self.recorder.bound(&BOUNDS);
+        holds(&leg.there, self.truth) && holds(&leg.back, self.truth.inverse())
     }
 }
 
@@ -120,7 +121,8 @@ fn a_turn_and_a_straight_run_are_one_motion_of_the_paper() {
         };
         base.recorder.take(&step, &bounds);
     }
-    let is = base.recorder.bound(&bounds);
+    let leg = base.recorder.bound(&bounds);
+    let is = leg.there;
     let motion = Motion {
         turn: FRAC_PI_2,
         turn_bound: BOUNDS.turn,
@@ -133,19 +135,26 @@ fn a_turn_and_a_straight_run_are_one_motion_of_the_paper() {
     assert!((is.disc.x - paper.disc.x).abs() < 1e-9);
     assert!((is.disc.y - paper.disc.y).abs() < 1e-9);
     assert!((is.heading.half() - BOUNDS.turn).abs() < 1e-9);
+    // Whoever looks back sees the start straight behind, whatever the turn was wrong by.
+    let back = leg.back.disc;
+    assert!(
+        (back.x + 2.0).abs() < 1e-9 && back.y.abs() < 1e-9,
+        "{leg:?}"
+    );
+    assert!((back.radius - 0.15).abs() < 1e-9, "{leg:?}");
 }
 
 #[test]
 fn a_base_that_has_not_moved_is_where_it_was() {
     let recorder = Recorder::<12>::new();
-    assert_eq!(recorder.bound(&BOUNDS), Cylinder::HERE);
+    assert_eq!(recorder.bound(&BOUNDS), Leg::HERE);
     assert!(recorder.is_empty());
 }
 
 #[test]
 fn a_square_is_as_tight_as_the_theory_s() {
     let mut base = Base::new();
-    let leg = Leg {
+    let leg = Piece {
         turn: FRAC_PI_2,
         run: 1.0,
         curvature: 0.0,
@@ -153,7 +162,7 @@ fn a_square_is_as_tight_as_the_theory_s() {
     for _ in 0..4 {
         base.drive(&leg, &Wrong::default());
     }
-    let radius = base.recorder.bound(&BOUNDS).disc.radius;
+    let radius = base.recorder.bound(&BOUNDS).there.disc.radius;
     // ±5°, ±5 cm: 0.70 m from the right. The paper's 5 cm per metre doubles the length's part, and 0.01 rad/m adds a tenth of the heading's.
     assert!((0.70..1.15).contains(&radius), "{radius}");
     assert!(base.is_inside());
@@ -178,7 +187,7 @@ fn curves_corners_and_backing_are_inside_however_wrong_odometry_is() {
                 random.between(-3.0, 3.0) / run.abs().max(0.3)
             };
             let turn: f64 = random.between(-3.0, 3.0);
-            let leg = Leg {
+            let leg = Piece {
                 // Without a turn in place, a motion that is its run turned back or goes on.
                 turn: turn.signum() * turn.abs().max(0.05),
                 run,
@@ -205,7 +214,7 @@ fn curves_corners_and_backing_are_inside_however_wrong_odometry_is() {
             );
         }
         // It is a bound that says something: it does not hold all that the drive could reach.
-        let radius = base.recorder.bound(&BOUNDS).disc.radius;
+        let radius = base.recorder.bound(&BOUNDS).there.disc.radius;
         let far = base.measured.x.hypot(base.measured.y);
         excluding += u32::from(radius < far);
     }

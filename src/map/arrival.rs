@@ -19,7 +19,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     fn last_place(&self) -> Option<(PlaceId, Cylinder, Gaussian)> {
         let asked = &self.asked;
         match self.stops.0.last() {
-            Some((Some(place), _)) => Some((*place, asked.arc, asked.likely_arc)),
+            Some((Some(place), _)) => Some((*place, asked.arc.there, asked.likely_arc)),
             _ => Some((self.anchor?, asked.here, asked.likely_here)),
         }
     }
@@ -76,7 +76,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
         self.origin = Gaussian::about(here);
         if *here != Cylinder::HERE {
             // There is room: nothing is there.
-            let _ = self.journey.go_to(here, here);
+            let _ = self.journey.go_to(&(*here).into(), here);
             let _ = self.stops.0.push((None, self.origin));
         }
         self.trail.resume(&self.asked.since);

@@ -14,8 +14,8 @@
 
 use super::trail::Trail;
 use super::{
-    Backward, Bounds, Crossing, Cylinder, Disc, Gaussian, Heading, Journey, Map, MapError, Name,
-    PlaceId, Reach, Relations, Sighting, crossing,
+    Backward, Bounds, Crossing, Cylinder, Disc, Gaussian, Heading, Journey, Leg, Map, MapError,
+    Name, PlaceId, Reach, Relations, Sighting, crossing,
 };
 use crate::controller::{Estimator, Stretch};
 use heapless::Vec;
@@ -107,7 +107,7 @@ pub(super) struct Claim {
 pub(super) struct Asked {
     pub(super) question: Question,
     /// What had been done since the last stop.
-    pub(super) arc: Cylinder,
+    pub(super) arc: Leg,
     pub(super) likely_arc: Gaussian,
     /// Where the base was, as seen from the start of the journey.
     pub(super) here: Cylinder,
@@ -204,7 +204,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
             whole: Stretch::default(),
             asked: Asked {
                 question: Question::Where,
-                arc: Cylinder::HERE,
+                arc: Leg::HERE,
                 likely_arc: Gaussian::HERE,
                 here: Cylinder::HERE,
                 likely_here: Gaussian::HERE,
@@ -289,7 +289,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
             question,
             arc,
             likely_arc: self.trail.likely(estimator),
-            here: arc,
+            here: arc.there,
             likely_here: self.origin.then(&whole),
             since: Trail::begin(estimator),
         };
@@ -352,7 +352,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
             self.relations.begin(Some(first));
             return Stage::Cross(0);
         }
-        Stage::Reach(self.journey.look(&self.asked.arc))
+        Stage::Reach(self.journey.look(&self.asked.arc.there))
     }
 
     fn reached(&mut self) -> Stage {

@@ -1,6 +1,6 @@
 //! Forward and backward reasoning [B §4.3].
 
-use super::{Cylinder, Disc, Heading, Map, PlaceId};
+use super::{Cylinder, Disc, Heading, Leg, Map, PlaceId};
 use heapless::Vec;
 
 /// Two bounds that exclude each other: one of them did not hold.
@@ -38,7 +38,7 @@ impl core::error::Error for JourneyError {}
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Journey<const STOPS: usize = 32> {
-    arcs: Vec<Cylinder, STOPS>,
+    arcs: Vec<Leg, STOPS>,
     bounds: Vec<Cylinder, STOPS>,
 }
 
@@ -117,7 +117,7 @@ impl<const STOPS: usize> Journey<STOPS> {
         });
         match before.and_then(|before| self.arcs.get(before)) {
             Some(arc) => {
-                reach.since = arc.then(&reach.since);
+                reach.since = arc.there.then(&reach.since);
                 reach.left -= 1;
             }
             None => reach.done = true,
@@ -132,14 +132,14 @@ impl<const STOPS: usize> Journey<STOPS> {
     pub fn go(&mut self, arc: &Cylinder) -> Result<(), JourneyError> {
         let mut reach = self.look(arc);
         while self.look_on(&mut reach) {}
-        self.go_to(arc, &reach.bound())
+        self.go_to(&(*arc).into(), &reach.bound())
     }
 
     /// The same, of what was [found out](Self::look) already.
     ///
     /// # Errors
     /// [`JourneyError::Full`]; the journey is as it was.
-    pub fn go_to(&mut self, arc: &Cylinder, bound: &Cylinder) -> Result<(), JourneyError> {
+    pub fn go_to(&mut self, arc: &Leg, bound: &Cylinder) -> Result<(), JourneyError> {
         self.arcs.push(*arc).map_err(|_| JourneyError::Full)?;
         // There is as much room as for the arcs.
         self.bounds.push(*bound).map_err(|_| JourneyError::Full)
@@ -217,16 +217,16 @@ impl<const STOPS: usize> Journey<STOPS> {
         }
         backward.shrunk += 1;
         backward.left -= 1;
-        backward.known = common.then(&arc.inverse());
+        backward.known = common.then(&arc.back);
         // The other grouping: all of the chain at once, from where it ends.
         let (end, chain) = match &backward.since {
             Some((end, since)) => {
-                let chain = arc.then(since);
+                let chain = arc.there.then(since);
                 let known = end.then(&chain.inverse());
                 backward.known = backward.known.common(&known).unwrap_or(backward.known);
                 (*end, chain)
             }
-            None => (common, *arc),
+            None => (common, arc.there),
         };
         backward.since = Some((end, chain));
         Ok(Some((stop, common)))

@@ -1,8 +1,7 @@
 //! From what the base does to motions with bounds [B §4], whatever way it drives.
 
-use super::cylinder::fold;
 use super::real::{larger, sin_cos, smaller};
-use super::{Cylinder, Disc, GRAIN, Heading, Motion, ROUNDING};
+use super::{Cylinder, Disc, GRAIN, Heading, Leg, Motion, ROUNDING};
 use core::f64::consts::{FRAC_PI_3, PI};
 use heapless::Vec;
 
@@ -39,7 +38,7 @@ pub struct Step {
 /// The motions of a drive, each with its bound: `MOTIONS` of them at most, the oldest of more taken together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recorder<const MOTIONS: usize> {
-    motions: Vec<Cylinder, MOTIONS>,
+    motions: Vec<Leg, MOTIONS>,
     open: Open,
 }
 
@@ -104,7 +103,7 @@ impl<const MOTIONS: usize> Recorder<MOTIONS> {
     }
 
     /// Adds a motion; the two oldest become one if there is no room.
-    fn append(&mut self, motion: Cylinder) {
+    fn append(&mut self, motion: Leg) {
         if self.motions.is_full()
             && let [first, second, ..] = &mut *self.motions
         {
@@ -114,16 +113,18 @@ impl<const MOTIONS: usize> Recorder<MOTIONS> {
         let _ = self.motions.push(motion);
     }
 
-    /// The bound of where the drive has led as seen from its start: what both groupings of its motions have in common.
+    /// The bound of where the drive has led as seen from its start, and of that as seen from there: what both groupings of its motions have in common.
     #[must_use]
     #[inline(never)]
-    pub fn bound(&self, bounds: &Bounds) -> Cylinder {
+    pub fn bound(&self, bounds: &Bounds) -> Leg {
         let open = self.open.moved.then(|| self.open.bound(bounds));
         let motions = self.motions.iter().chain(&open);
-        let left = fold(motions.clone(), |all, next| all.then(next));
-        let right = fold(motions.rev(), |all, one| one.then(all));
-        // Both hold what is true: if rounding leaves nothing between them, either will do.
-        left.common(&right).unwrap_or(left)
+        let left = motions.clone().copied().reduce(|all, next| all.then(&next));
+        let right = motions.rev().copied().reduce(|all, one| one.then(&all));
+        match (left, right) {
+            (Some(left), Some(right)) => left.common(&right),
+            _ => Leg::HERE,
+        }
     }
 
     /// True if the base has not moved.
@@ -190,17 +191,27 @@ impl Open {
         self.moved = true;
     }
 
-    /// The bound of the motion: the tighter disc of the two that hold.
-    fn bound(&self, bounds: &Bounds) -> Cylinder {
+    /// The bound of the motion: the tighter discs of those that hold.
+    fn bound(&self, bounds: &Bounds) -> Leg {
         let path = self.turning + self.running;
         let alpha = bounds.turn + bounds.turn_per_metre * path;
-        let heading = Heading::new(self.heading, alpha);
-        let any = self.along(path, alpha, bounds);
-        let disc = match self.straight(alpha, bounds) {
-            Some(straight) => any.tighter(&straight),
-            None => any,
+        let any = Leg::from(Cylinder {
+            disc: self.along(path, alpha, bounds),
+            heading: Heading::new(self.heading, alpha),
+        });
+        let Some([there, back]) = self.straight(alpha, bounds) else {
+            return any;
         };
-        Cylinder { disc, heading }
+        Leg {
+            there: Cylinder {
+                disc: any.there.disc.tighter(&there),
+                ..any.there
+            },
+            back: Cylinder {
+                disc: any.back.disc.tighter(&back),
+                ..any.back
+            },
+        }
     }
 
     /// Of any way of that length. With the heading wrong by e, |e| ≤ α, at each point of it,
@@ -224,9 +235,10 @@ impl Open {
         }
     }
 
-    /// Of a run that is straight, or nearly: the turn's direction, and the length of a chord. The headings of the run lie within β of one, so its chord is not
-    /// shorter than its length times cos β; what it turns on its way may be wrong by all of that, or by as much as a turn.
-    fn straight(&self, alpha: f64, bounds: &Bounds) -> Option<Disc> {
+    /// Of a run that is straight, or nearly, its end from the motion's beginning, and the reverse: the turn's direction, and the length of a chord. The headings
+    /// of the run lie within β of one, so its chord is not shorter than its length times cos β, and its beginning is seen from its end within β of straight
+    /// behind; what it turns on its way may be wrong by all of that, or by as much as a turn.
+    fn straight(&self, alpha: f64, bounds: &Bounds) -> Option<[Disc; 2]> {
         let (middle, spread) = (
             0.5 * (self.lowest + self.highest),
             0.5 * (self.highest - self.lowest),
@@ -247,15 +259,26 @@ impl Open {
         } else {
             (near, far)
         };
-        let motion = Motion {
+        // What is no part of the run may have led anywhere.
+        let aside = back + self.turning + bounds.distance_share * self.turning;
+        let disc = |motion: &Motion| {
+            let mut disc = Cylinder::of_motion(motion).ok()?.disc;
+            disc.radius += aside;
+            Some(disc)
+        };
+        let there = disc(&Motion {
             turn: middle,
             turn_bound: alpha + spread,
             nearest,
             farthest,
-        };
-        let mut disc = Cylinder::of_motion(&motion).ok()?.disc;
-        disc.radius += back + self.turning + bounds.distance_share * self.turning;
-        Some(disc)
+        })?;
+        let behind = disc(&Motion {
+            turn: middle - self.heading,
+            turn_bound: beta,
+            nearest: -farthest,
+            farthest: -nearest,
+        })?;
+        Some([there, behind])
     }
 }
 

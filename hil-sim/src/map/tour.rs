@@ -113,7 +113,7 @@ pub fn tour(robot: &Robot, seed: u64) -> Result<Tour> {
         frames.push(base.pose());
         base.mark(&format!("p{index}"), MEADOW)?;
         let [x, y, _] = base.pose();
-        let landmark = near(&mut base, [x, y], 4.0, 8.0);
+        let landmark = near(&mut base, [x, y], 5.0, 10.0);
         landmarks.push(landmark);
         let added = base.sight(&format!("l{index}"), landmark)?;
         ensure!(matches!(added, Answer::Added(_)), "{added:?}");
@@ -122,8 +122,6 @@ pub fn tour(robot: &Robot, seed: u64) -> Result<Tour> {
         let [x, y, _] = frames[index];
         let inside = near(&mut base, [x, y], 0.0, 0.5 * MEADOW);
         base.go(inside, 0.12);
-        let facing = base.between(-3.0, 3.0);
-        base.face(facing);
         tour.look(&mut base, &frames, index)?;
         let before = circles(&base);
         let seen = base.sight(&format!("l{index}"), landmarks[index])?;
