@@ -4,7 +4,7 @@ use hil_sim::map::tour::{PLACES, Tour, bounded, tour};
 use hil_sim::robot::Robot;
 use rayon::prelude::*;
 
-const TOURS: u64 = 20;
+const TOURS: u64 = 500;
 
 fn median(numbers: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = numbers.collect();

@@ -22,9 +22,9 @@ const SPEED: f64 = 0.5;
 const TURN_SPEED: f64 = 1.0;
 
 /// How wrong a landmark may be seen: its bearing, rad, and its range, m/m.
-pub const BEARING: f64 = 0.035;
+pub const BEARING: f64 = 0.0175;
 /// See [`BEARING`].
-pub const RANGE: f64 = 0.03;
+pub const RANGE: f64 = 0.02;
 
 /// The bounds that the parameters say.
 #[must_use]
