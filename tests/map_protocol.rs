@@ -92,12 +92,15 @@ fn what_is_known_is_listed() {
     assert!(freeway == 0.8 && (x - 2.0).abs() < 1e-3 && y.abs() < 1e-3 && theta.abs() < 1e-3);
     assert_eq!(
         rows(&mut rig, "Route door desk 0.7", "Route 2"),
-        ["~ door", "~ desk"]
+        ["~ route door", "~ route desk"]
     );
     rig.refused("Route door desk 0.9", "unknown");
     let there = rows(&mut rig, "AmIThere", "AmIThere 2");
-    assert!(there[0].starts_with("~ door no 0.000"), "{there:?}");
-    assert!(there[1].starts_with("~ desk yes-maybe 1.000"), "{there:?}");
+    assert!(there[0].starts_with("~ there door no 0.000"), "{there:?}");
+    assert!(
+        there[1].starts_with("~ there desk yes-maybe 1.000"),
+        "{there:?}"
+    );
     rig.ok("ForgetMap");
     assert_eq!(rows(&mut rig, "GetMap", "Map 0 0"), Vec::<String>::new());
     assert_eq!(

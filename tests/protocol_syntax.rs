@@ -250,7 +250,7 @@ fn data_lines_have_their_form() {
 fn every_command_has_help_of_one_line() {
     let mut rig = Rig::new();
     let topics = rig.ask("Help");
-    let all: Vec<String> = ["motion", "position", "state", "safety", "parameters"]
+    let all: Vec<String> = ["motion", "position", "map", "state", "safety", "parameters"]
         .into_iter()
         .flat_map(|topic| {
             assert!(
@@ -267,7 +267,7 @@ fn every_command_has_help_of_one_line() {
                 .collect::<Vec<_>>()
         })
         .collect();
-    assert_eq!(all.len(), 28);
+    assert_eq!(all.len(), 37);
     for name in [
         "move",
         "turn",

@@ -36,6 +36,11 @@ impl Codes {
     /// Not printable.
     pub const BAD_BYTE: Self = Self(1 << 12);
 
+    /// No room.
+    pub const FULL: Self = Self(1 << 13);
+    /// The map's bounds exclude it.
+    pub const CONTRADICTION: Self = Self(1 << 14);
+
     /// The code of that name.
     pub fn named(name: &[u8]) -> Self {
         match name {
@@ -52,6 +57,8 @@ impl Codes {
             b"checksum" => Self::CHECKSUM,
             b"too-long" => Self::TOO_LONG,
             b"bad-byte" => Self::BAD_BYTE,
+            b"full" => Self::FULL,
+            b"contradiction" => Self::CONTRADICTION,
             _ => Self::NONE,
         }
     }
@@ -127,6 +134,8 @@ pub enum Ask {
     SetParam(Id, f64),
     /// Calibrate.
     Calibrate(Calibrate),
+    /// Of the map, by its name in the table below; whether it is of one place only.
+    Map(&'static str, bool),
     /// A command without parameters, by its name in the table below.
     Plain(&'static str),
 }
@@ -158,7 +167,9 @@ impl Ask {
     }
 }
 
-const PLAIN: [&str; 19] = [
+const PLAIN: [&str; 21] = [
+    "GetMap",
+    "ForgetMap",
     "Stop",
     "GetGains",
     "GetEstPos",
@@ -180,6 +191,10 @@ const PLAIN: [&str; 19] = [
     "ResetParams",
 ];
 
+const MAP: [&str; 7] = [
+    "Mark", "AmIThere", "Sight", "Label", "Freeway", "Route", "Crosses",
+];
+
 const WITH_PARAMETERS: [&str; 12] = [
     "Calibrate",
     "m",
@@ -195,7 +210,8 @@ const WITH_PARAMETERS: [&str; 12] = [
     "SetParam",
 ];
 
-const TOPICS: [&str; 6] = [
+const TOPICS: [&str; 7] = [
+    "map",
     "motion",
     "position",
     "calibration",
@@ -271,11 +287,15 @@ fn command(keyword: &[u8], words: &mut Words<'_, '_>) -> Option<Ask> {
             let known = find(&TOPICS, word)
                 .or_else(|| find(&PLAIN, word))
                 .or_else(|| find(&WITH_PARAMETERS, word))
+                .or_else(|| find(&MAP, word))
                 .is_some()
                 || word.eq_ignore_ascii_case(b"Help");
             words.doubts.must.add_if(!known, Codes::SYNTAX);
         }
         return Some(Ask::Help);
+    }
+    if let Some(name) = find(&MAP, keyword) {
+        return map(name, words);
     }
     let Some(name) = find(&WITH_PARAMETERS, keyword) else {
         // Its parameters are nobody's.
@@ -348,6 +368,42 @@ fn command(keyword: &[u8], words: &mut Words<'_, '_>) -> Option<Ask> {
     }
 }
 
+/// A command of the map.
+fn map(name: &'static str, words: &mut Words<'_, '_>) -> Option<Ask> {
+    let names = match name {
+        "Crosses" => 4,
+        "Label" | "Freeway" | "Route" => 2,
+        "AmIThere" => usize::from(words.more()),
+        _ => 1,
+    };
+    for _ in 0..names {
+        words.name()?;
+    }
+    match name {
+        "Mark" => {
+            if words.more() {
+                words.within(0.0, 1000.0)?;
+            }
+        }
+        "Freeway" | "Route" => {
+            words.within(0.0, 1000.0)?;
+        }
+        "Sight" => {
+            if words.more() {
+                words.within(-360.0, 360.0)?;
+                words.within(0.0, 180.0)?;
+            }
+            for _ in 0..2 {
+                if words.more() {
+                    words.within(0.0, 1000.0)?;
+                }
+            }
+        }
+        _ => {}
+    }
+    Some(Ask::Map(name, names == 1))
+}
+
 /// What follows a keyword, and what is wrong with it.
 struct Words<'a, 'b> {
     rest: &'a [u8],
@@ -402,6 +458,13 @@ impl<'a> Words<'a, '_> {
         }
     }
 
+    /// A number between two limits.
+    fn within(&mut self, min: f64, max: f64) -> Option<f64> {
+        let x = self.number()?;
+        self.doubts.limit(x, min, max);
+        Some(x)
+    }
+
     /// A number or infinity, if there is a word.
     fn optional(&mut self) -> Option<f64> {
         let word = self.next()?;
@@ -416,6 +479,18 @@ impl<'a> Words<'a, '_> {
         }
         // What was wrong is noted: any number will do from here.
         Some(x.unwrap_or(0.0))
+    }
+
+    /// A name: 1 to 15 letters, digits, - _ or .
+    fn name(&mut self) -> Option<&'a [u8]> {
+        let word = self.next();
+        let is_good = |word: &&[u8]| {
+            let known = |byte: &u8| byte.is_ascii_alphanumeric() || b"-_.".contains(byte);
+            word.len() <= 15 && word.iter().all(known)
+        };
+        let name = word.filter(is_good);
+        self.doubts.must.add_if(name.is_none(), Codes::SYNTAX);
+        name
     }
 
     fn motion(&mut self) -> [Option<f64>; 3] {

@@ -21,7 +21,7 @@ use crate::protocol::{self, Line};
 /// So many lines may wait for their replies.
 const UNANSWERED: usize = 4;
 /// Every line is answered within so many ticks, if the output is taken.
-const PATIENCE: usize = 200;
+const PATIENCE: usize = 600;
 
 /// Whether a line came when four were waiting.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -70,6 +70,8 @@ pub(crate) struct Session<'a> {
     framing_only: bool,
     /// Rows of a list that are still to come.
     rows: usize,
+    /// The same of the map.
+    map_rows: usize,
     params: Params,
     /// Observations correct the gains.
     learns: bool,
@@ -131,6 +133,7 @@ impl<'a> Session<'a> {
             stale: false,
             framing_only,
             rows: 0,
+            map_rows: 0,
             params,
             learns: false,
             letters: Some([false; 2]),
@@ -304,9 +307,13 @@ impl<'a> Session<'a> {
         );
     }
 
-    fn expect_rows(&mut self, ask: Ask) {
-        if ask == Ask::Plain("ListParams") {
-            self.rows = Params::default().count();
+    fn expect_rows(&mut self, ask: Ask, reply: &str) {
+        match ask {
+            Ask::Plain("ListParams") => self.rows = Params::default().count(),
+            Ask::Plain("GetMap") | Ask::Map("Route" | "AmIThere", _) => {
+                self.map_rows = replies::map_rows(ask, reply);
+            }
+            _ => {}
         }
     }
 
@@ -326,7 +333,7 @@ impl<'a> Session<'a> {
         self.listen_again();
         self.poll();
         for _ in 0..PATIENCE {
-            if self.due.is_empty() && self.rows == 0 {
+            if self.due.is_empty() && self.rows + self.map_rows == 0 {
                 return;
             }
             self.tick(0);

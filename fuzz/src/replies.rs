@@ -3,6 +3,7 @@
 use vehicle_controller::controller::{Estimate, Snapshot};
 use vehicle_controller::params::{DEGREES, Id, Params};
 
+use crate::grammar::Ask;
 use crate::protocol::LONGEST;
 
 /// Takes the whole lines out of what was received; each is printable, not empty and not too long.
@@ -196,6 +197,74 @@ pub fn row(row: &str, params: &Params, id: Id) {
     assert_eq!((name, unit), (spec.name, spec.unit), "{row}");
     assert_eq!(value.parse(), Ok(params.get(id)), "{row}");
     assert_eq!((min.parse(), max.parse()), (Ok(spec.min), Ok(spec.max)));
+}
+
+/// What a command of the map is answered.
+///
+/// # Panics
+/// If it is not that.
+pub fn of_map(ask: Ask, reply: &str) {
+    let (name, rest) = reply.split_once(' ').unwrap_or((reply, ""));
+    let fine = match ask {
+        Ask::Map("Mark", _) => ["Marked", "Confirmed"].contains(&name),
+        Ask::Map("Sight", _) => ["Added", "Confirmed", "Unsure"].contains(&name),
+        Ask::Map("AmIThere", true) => {
+            let [_, answer, probability] = words(reply, "AmIThere");
+            is_there(answer, probability)
+        }
+        Ask::Map("AmIThere", false) => name == "AmIThere",
+        Ask::Map("Route", _) => name == "Route",
+        Ask::Map("Crosses", _) => name == "Crosses" && ["must", "may", "cannot"].contains(&rest),
+        Ask::Plain("GetMap") => name == "Map",
+        _ => reply == "OK",
+    };
+    assert!(fine, "{ask:?} is answered {reply}");
+}
+
+fn is_there(answer: &str, probability: &str) -> bool {
+    let possible = ["yes-maybe", "no"].contains(&answer);
+    possible && (probability == "-" || (0.0..=1.0).contains(&number(probability)))
+}
+
+/// How many rows follow a list's head.
+///
+/// # Panics
+/// If it is none.
+pub fn map_rows(ask: Ask, reply: &str) -> usize {
+    let count = |word: &str| -> usize { word.parse().unwrap_or_else(|_| panic!("{reply}")) };
+    let mut words = reply.split(' ').skip(1).map(count);
+    match ask {
+        Ask::Map("AmIThere", true) => 0,
+        Ask::Map(..) => words.next().unwrap_or_default(),
+        _ => words.sum(),
+    }
+}
+
+/// A row of the map.
+///
+/// # Panics
+/// If it is none.
+pub fn map_row(row: &str) {
+    let mut words = row.split(' ').skip(1);
+    let kind = words.next().unwrap_or_default();
+    let words: Vec<&str> = words.collect();
+    let fine = match (kind, words.as_slice()) {
+        ("place", [_, meadow, landmarks @ ..]) => {
+            (0.0..=1000.0).contains(&number(meadow)) && landmarks.len() <= 4
+        }
+        ("arc", [_, _, d, beta, r, eta, alpha, freeway, likely @ ..]) => {
+            let [d, r, alpha] = [d, r, alpha].map(|word| number(word));
+            let angles = [beta, eta].map(|word| number(word));
+            let free = *freeway == "-" || number(freeway) >= 0.0;
+            likely.iter().for_each(|word| drop(number(word)));
+            let sizes = d >= 0.0 && r >= 0.0 && (0.0..=180.0).contains(&alpha);
+            sizes && free && angles.iter().all(|a| a.abs() <= 180.0) && likely.len() == 9
+        }
+        ("there", [_, answer, probability]) => is_there(answer, probability),
+        ("route", [_]) => true,
+        _ => false,
+    };
+    assert!(fine, "{row}");
 }
 
 /// An event or a line of telemetry.

@@ -15,6 +15,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
 use console::{Far, Speed};
 use hil_sim::base::Base;
+use hil_sim::map::sketch::Sketch;
 use hil_sim::plot;
 use hil_sim::replay::{Log, replay};
 use hil_sim::rig::Rig;
@@ -64,6 +65,8 @@ enum Command {
     Soak(soaking::Options),
     /// Draw a trace
     Plot(Plot),
+    /// Draw the figures of Brooks's paper: motions with bounds, forward and backward reasoning
+    Brooks(Figures),
     /// List the robots
     Robots,
 }
@@ -111,6 +114,19 @@ struct Run {
     /// Draw the run
     #[arg(long, value_name = "F.svg|F.png")]
     plot: Option<PathBuf>,
+    /// Draw the map, as it was each time the script asked with GetMap (four times at most)
+    #[arg(long, value_name = "F.svg|F.png")]
+    map: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct Figures {
+    /// The picture
+    #[arg(short, long, value_name = "F.svg|F.png")]
+    output: PathBuf,
+    /// Seed of everything random
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
 }
 
 #[cfg(feature = "emulator")]
@@ -169,6 +185,7 @@ fn main() -> ExitCode {
         Some(Command::Count(count)) => count_command(&count),
         Some(Command::Soak(options)) => soaking::soak_command(&options),
         Some(Command::Plot(plot)) => plot_command(&plot),
+        Some(Command::Brooks(figures)) => brooks_command(&figures),
         Some(Command::Robots) => robots_command(),
     };
     match done {
@@ -239,7 +256,7 @@ fn drive_command(drive: &Drive) -> Result<()> {
 
 fn run_command(run: &Run) -> Result<()> {
     let script = Script::load(&run.script)?;
-    if let Some(picture) = &run.plot {
+    for picture in [&run.plot, &run.map].into_iter().flatten() {
         plot::check_name(picture)?;
     }
     if !(run.trace_period > 0.0 && run.trace_period.is_finite()) {
@@ -248,8 +265,23 @@ fn run_command(run: &Run) -> Result<()> {
     let mut base = run.base.power_up()?;
     let keep = run.plot.is_some();
     let trace = TraceFile::create(run.base.trace.as_deref(), keep, run.trace_period)?;
-    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-    let trace = run::run(base.as_mut(), &script, trace, &mut out)?;
+    let mut said = Vec::new();
+    let trace = if run.map.is_some() {
+        run::run(base.as_mut(), &script, run.base.seed, trace, &mut said)?
+    } else {
+        let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+        run::run(base.as_mut(), &script, run.base.seed, trace, &mut out)?
+    };
+    if let Some(picture) = &run.map {
+        std::io::stdout()
+            .write_all(&said)
+            .context("standard output")?;
+        draw_map(
+            &String::from_utf8_lossy(&said),
+            &title(&run.script, &run.base.robot),
+            picture,
+        )?;
+    }
     if let Some(trace) = trace {
         let rows = trace.into_rows()?;
         if let Some(picture) = &run.plot {
@@ -265,8 +297,35 @@ fn count_command(count: &Count) -> Result<()> {
     let robot = Robot::load(&count.robot)?;
     let mut base = hil_sim::emulator::ImageBase::new(&count.image, &robot, count.seed)?;
     base.count(true)?;
-    run::run(&mut base, &script, None, &mut std::io::sink())?;
+    run::run(&mut base, &script, count.seed, None, &mut std::io::sink())?;
     write!(std::io::stdout(), "{}", base.counts()?).context("standard output")
+}
+
+/// What the base has told of its map, a panel for each time.
+fn draw_map(said: &str, title: &str, picture: &Path) -> Result<()> {
+    let lines = said
+        .lines()
+        .filter_map(|line| Some(line.split_once('\t')?.1));
+    let sketches = Sketch::all(lines)?;
+    if sketches.is_empty() {
+        bail!("--map: the script does not ask for the map with GetMap");
+    }
+    let charts: Result<Vec<_>> = sketches
+        .iter()
+        .take(4)
+        .enumerate()
+        .map(|(index, sketch)| {
+            let forward = index + 1 < sketches.len().min(4);
+            sketch.chart(&format!("GetMap {}", index + 1), forward)
+        })
+        .collect();
+    plot::plot_charts(&charts?, title, picture)
+}
+
+fn brooks_command(figures: &Figures) -> Result<()> {
+    let charts = hil_sim::map::figures::figures(figures.seed)?;
+    let title = "Brooks, Visual Map Making for a Mobile Robot (1985): figures 1 to 5";
+    plot::plot_charts(&charts, title, &figures.output)
 }
 
 fn title(script: &Path, robot: &str) -> String {

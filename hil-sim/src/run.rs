@@ -3,6 +3,7 @@
 use crate::trace_file::TraceFile;
 use anyhow::{Context, Result};
 use hil_sim::base::Base;
+use hil_sim::map::landmarks::Landmarks;
 use hil_sim::rig::PERIOD;
 use hil_sim::script::{Action, Script};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -13,14 +14,16 @@ const QUIET_TICKS: u64 = 1000;
 /// … or this long after it, if a motion has no end.
 const PATIENCE_TICKS: u64 = 60_000;
 
-/// Runs the script and writes what the base sends, each line with the time at which its end arrived.
+/// Runs the script and writes what the base sends, each line with the time at which its end arrived. The seed is that of how landmarks are sighted.
 pub fn run(
     base: &mut dyn Base,
     script: &Script,
+    seed: u64,
     mut trace: Option<TraceFile>,
     out: &mut impl Write,
 ) -> Result<Option<TraceFile>> {
     let mut steps = script.steps.iter().peekable();
+    let mut landmarks = Landmarks::new(seed);
     let last = script.steps.last().map_or(0.0, |step| step.time);
     let mut line = Vec::new();
     let (mut tick, mut quiet) = (0_u64, 0_u64);
@@ -38,6 +41,11 @@ pub fn run(
                 } => base.push(*force, *torque, *seconds),
                 Action::Fault(fault) => base.inject(*fault)?,
                 Action::Clear => base.clear_faults()?,
+                Action::Landmark(name, at) => landmarks.place(name, *at),
+                Action::Sight(name, bearing, range) => {
+                    let line = landmarks.sight(name, base.plant().pose(), *bearing, *range)?;
+                    base.send(format!("{line}\n").as_bytes())?;
+                }
                 Action::End => break 'run,
             }
         }

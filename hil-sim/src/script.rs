@@ -22,6 +22,10 @@ pub enum Action {
     Fault(Fault),
     /// All that was wrong is well.
     Clear,
+    /// Puts a landmark up: x, y, m.
+    Landmark(String, [f64; 2]),
+    /// A sensor of the base sights a landmark: the bearing is wrong by so many degrees at most, the range by such a share of itself.
+    Sight(String, f64, f64),
     /// Ends the run.
     End,
 }
@@ -124,10 +128,34 @@ fn parse_directive(directive: &str) -> Result<Action> {
         }
         ["fault", fault @ ..] => Ok(Action::Fault(Fault::parse(fault)?)),
         ["clear"] => Ok(Action::Clear),
+        ["landmark", name, x, y] => Ok(Action::Landmark(
+            (*name).to_owned(),
+            [number(x)?, number(y)?],
+        )),
+        ["sight", name, errors @ ..] if errors.len() <= 2 => {
+            let error = |index: usize, default: f64, most: f64| -> Result<f64> {
+                let error = errors.get(index).map_or(Ok(default), |word| number(word))?;
+                if !(0.0..=most).contains(&error) {
+                    bail!("a sighting is wrong by 0 to {most}, not {error}");
+                }
+                Ok(error)
+            };
+            Ok(Action::Sight(
+                (*name).to_owned(),
+                error(0, 1.0, 90.0)?,
+                error(1, 0.02, 0.5)?,
+            ))
+        }
+        ["landmark", ..] => bail!("!landmark takes a name, x and y (m)"),
+        ["sight", ..] => {
+            bail!("!sight takes a landmark, and how wrong it is seen (deg, share of the range)")
+        }
         ["clear", ..] => bail!("!clear takes nothing"),
         ["push", ..] => bail!("!push takes a force (N), a torque (N·m) and a time (s)"),
         ["end", ..] => bail!("!end takes nothing"),
-        [other, ..] => bail!("no directive !{other}: there are !push, !fault, !clear and !end"),
+        [other, ..] => bail!(
+            "no directive !{other}: there are !push, !fault, !clear, !landmark, !sight and !end"
+        ),
         [] => bail!("no directive after !"),
     }
 }
@@ -168,6 +196,9 @@ mod tests {
             ("0 m 1\n1 !fault left encoder jump x", "s:2: `x` is not a"),
             ("0 !fault", "s:1: !fault takes `left|right|both"),
             ("0 !clear all", "s:1: !clear takes nothing"),
+            ("0 !landmark lamp 1", "s:1: !landmark takes a name"),
+            ("0 !sight", "s:1: !sight takes a landmark"),
+            ("0 !sight lamp 91", "s:1: a sighting is wrong by 0 to 90"),
             ("0 !jump", "s:1: no directive !jump"),
             ("0 !end\n1 m", "s:2: after !end"),
             ("nan m", "s:1: a line begins"),

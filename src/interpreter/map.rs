@@ -172,6 +172,11 @@ impl Charts {
         self.pending.is_some() || self.listing.is_some()
     }
 
+    /// A question is under way.
+    pub(super) fn is_asking(&self) -> bool {
+        self.pending.is_some()
+    }
+
     /// If the command has asked something, it is this one who is answered.
     pub(super) fn asks(&mut self, address: Address, check: bool) -> bool {
         if let Some(pending) = &mut self.pending {
@@ -263,7 +268,7 @@ impl Interpreter {
 
     /// Goes on with a list, or answers what was asked if the answer is there.
     #[inline(never)]
-    pub(super) fn answer_map(&mut self) {
+    pub(super) fn answer_map<C: Blueprint>(&mut self, desk: &mut Desk<C>) {
         if let Some(listing) = self.charts.listing.take() {
             let mut text = Text::default();
             self.charts.listing = self.charts.row(listing, &mut text);
@@ -280,7 +285,10 @@ impl Interpreter {
         };
         let mut text = begin(pending.address);
         match answer {
-            Ok(answer) => self.charts.tell(&mut text, answer, pending.place),
+            Ok(answer) => {
+                desk.sign_of_life();
+                self.charts.tell(&mut text, answer, pending.place);
+            }
             Err(error) => Error::Map(error).write(&mut text),
         }
         self.send_with(&mut text, pending.check);
@@ -321,7 +329,7 @@ impl Charts {
         match listing {
             Listing::There(presence, next) => {
                 let (place, known) = map.places().nth(next)?;
-                text.str("~").word(&known.name);
+                text.str("~ there").word(&known.name);
                 tell_there(text, &self.atlas.there(&presence, place));
                 Some(Listing::There(presence, next + 1))
             }
@@ -338,7 +346,7 @@ impl Charts {
             }
             Listing::Route(route, next) => {
                 let place = map.place(*route.get(next)?)?;
-                text.str("~").word(&place.name);
+                text.str("~ route").word(&place.name);
                 Some(Listing::Route(route, next + 1))
             }
         }

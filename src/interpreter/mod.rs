@@ -189,7 +189,8 @@ impl Interpreter {
             }
         }
         self.halt |= stops == Some(Keyword::Stop);
-        if self.late.is_empty() && self.waiting.len() < MAX_UNANSWERED {
+        let unanswered = self.waiting.len() + usize::from(self.charts.is_asking());
+        if self.late.is_empty() && unanswered < MAX_UNANSWERED {
             // There is room: fewer than four wait, and none is late.
             let _ = self.waiting.push_back(Waiting {
                 address,
@@ -301,7 +302,7 @@ impl Interpreter {
             return self.answer_errand(&errand);
         }
         if self.charts.is_busy() {
-            self.answer_map();
+            self.answer_map(desk);
             return false;
         }
         let corrects = |waiting: &Waiting| {
@@ -380,7 +381,10 @@ impl Interpreter {
         self.note_gains(desk);
         if done.is_ok() {
             self.note_letters(letters);
-            desk.sign_of_life();
+            // What takes longer is one when it is answered.
+            if !self.charts.is_asking() {
+                desk.sign_of_life();
+            }
             // A Stop that was obeyed before its turn was obeyed before this.
             let moves = command.as_ref().is_ok_and(Command::may_move);
             self.halt |= moves && self.stop_waits();

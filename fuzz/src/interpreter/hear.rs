@@ -42,6 +42,12 @@ impl Session<'_> {
             either(line)
         };
         let name = line.split(' ').nth(1).unwrap_or_default();
+        if line.starts_with('~') && ["place", "arc", "there", "route"].contains(&name) {
+            assert!(self.map_rows > 0, "nobody asked for {line}");
+            self.map_rows -= 1;
+            replies::map_row(line);
+            return;
+        }
         let next = Params::default().count() - self.rows;
         match Params::default().ids().nth(next) {
             Some(id) if id.spec().name == name => {
@@ -57,7 +63,8 @@ impl Session<'_> {
 
     /// Hears a reply.
     fn hear_reply(&mut self, reply: &str, required: bool) -> Heard {
-        assert_eq!(self.rows, 0, "a reply within a list: {reply}");
+        let rows = self.rows + self.map_rows;
+        assert_eq!(rows, 0, "a reply within a list: {reply}");
         let Some(due) = self.due.pop_front() else {
             panic!("nobody asked for {reply}");
         };

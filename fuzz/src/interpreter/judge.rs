@@ -56,6 +56,9 @@ impl Session<'_> {
                 Codes::GATE,
                 Codes::NOT_PSD,
                 Codes::STORAGE,
+                Codes::UNKNOWN,
+                Codes::FULL,
+                Codes::CONTRADICTION,
             ] {
                 doubts.may.add(code);
             }
@@ -115,6 +118,12 @@ impl Session<'_> {
                 let gated = self.params.get(Id::Gate) > 0.0;
                 doubts.may.add_if(straight && gated, Codes::GATE);
             }
+            Ask::Map(..) => {
+                // What is in the map is not looked at here.
+                for code in [Codes::UNKNOWN, Codes::FULL, Codes::CONTRADICTION] {
+                    doubts.may.add(code);
+                }
+            }
             Ask::Plain(_)
             | Ask::Help
             | Ask::Stream
@@ -164,7 +173,7 @@ impl Session<'_> {
         if self.framing_only {
             self.params = *self.base.interpreter.params();
             self.note_limits();
-            self.expect_rows(ask);
+            self.expect_rows(ask, reply);
             return false;
         }
         let snapshot: &Snapshot = self.base.snapshot();
@@ -189,7 +198,12 @@ impl Session<'_> {
             }
             Ask::Plain("ListParams") => {
                 assert_eq!(reply, format!("Params {}", Params::default().count()));
-                self.expect_rows(ask);
+                self.expect_rows(ask, reply);
+                return false;
+            }
+            Ask::Map(..) | Ask::Plain("GetMap" | "ForgetMap") => {
+                replies::of_map(ask, reply);
+                self.expect_rows(ask, reply);
                 return false;
             }
             Ask::Plain(command) if command.starts_with("Get") || command == "Version" => {

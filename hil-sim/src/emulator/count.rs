@@ -1,5 +1,5 @@
-//! Counts the instructions of the control interrupt, exactly, on the image as it is shipped; and those of corrections, which wait for no interrupt but are
-//! interrupted.
+//! Counts the instructions of the control interrupt, exactly, on the image as it is shipped; and those of corrections and of the map, which wait for no
+//! interrupt but are interrupted.
 
 use super::program::{Flow, Function, Program};
 use anyhow::Result;
@@ -43,7 +43,7 @@ pub struct Counts {
     pub starts: Vec<u64>,
     /// What was spent in each function that the handler calls, directly or not, with all that it calls in turn.
     pub parts: BTreeMap<String, PartCount>,
-    /// The same of corrections, without the interrupts that came in between; `most` is that of one call.
+    /// The same of corrections and of the map, without the interrupts that came in between; `most` is that of one call.
     pub corrections: BTreeMap<String, PartCount>,
 }
 
@@ -58,14 +58,16 @@ pub struct PartCount {
     pub most: u64,
 }
 
-/// What a correction is made of: names of its functions begin so.
-const CORRECTING: [&str; 3] = [
+/// What a correction is made of, and what the map takes: names of their functions begin so.
+const CORRECTING: [&str; 5] = [
     "vehicle_controller::controller::interface::",
     "vehicle_controller::controller::correction::",
     "vehicle_controller::controller::history::",
+    "vehicle_controller::interpreter::map::",
+    "vehicle_controller::map::",
 ];
 
-/// Counts what idle spends on corrections.
+/// Counts what idle spends on corrections and on the map.
 #[derive(Debug, Default)]
 struct Corrections {
     /// Where calls are, whom they call and where they come back to.

@@ -1,5 +1,6 @@
 //! Figures of traces, of replayed logs, of calibrations and of clouds of poses, as SVG or PNG; equal rows make equal files, on any machine.
 
+mod chart;
 mod cloud;
 mod convergence;
 mod geometry;
@@ -16,6 +17,7 @@ use std::path::Path;
 use anyhow::ensure;
 use plotters::style::RGBColor;
 
+pub use chart::{Chart, Ink, Mark, plot_charts};
 pub use cloud::{Cloud, OverTime, plot_cloud};
 pub use convergence::plot_convergence;
 pub use replay::{ReplayPath, plot_replay};

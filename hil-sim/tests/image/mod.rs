@@ -3,6 +3,7 @@
 
 use hil_sim::base::Base;
 use hil_sim::emulator::{ImageBase, Setup};
+use hil_sim::map::landmarks::Landmarks;
 use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
 use hil_sim::script::{Action, Script};
@@ -158,6 +159,7 @@ impl<B: Base> Client<B> {
     /// The same, with a look at the base after each millisecond.
     pub fn play_and(&mut self, script: &Script, mut look: impl FnMut(&B)) {
         let mut steps = script.steps.iter().peekable();
+        let mut landmarks = Landmarks::new(SEED);
         let mut patience = 60_000;
         loop {
             let now = self.time;
@@ -172,6 +174,12 @@ impl<B: Base> Client<B> {
                     } => self.base.push(*force, *torque, *seconds),
                     Action::Fault(fault) => Base::inject(&mut self.base, *fault).unwrap(),
                     Action::Clear => self.base.clear_faults().unwrap(),
+                    Action::Landmark(name, at) => landmarks.place(name, *at),
+                    Action::Sight(name, bearing, range) => {
+                        let pose = self.base.plant().pose();
+                        let line = landmarks.sight(name, pose, *bearing, *range).unwrap();
+                        self.send(&line);
+                    }
                     Action::End => return,
                 }
             }
