@@ -6,7 +6,7 @@ mod mapped;
 use common::Random;
 use mapped::{Pose, admits, any_motion, covers, holds, off, sample, share};
 use std::f64::consts::{FRAC_PI_2, PI};
-use vehicle_controller::map::{Cylinder, Disc, FARTHEST, Heading, Improper, Motion};
+use vehicle_controller::map::{Cylinder, Disc, FARTHEST, Heading, Improper, Leg, Motion};
 
 /// The vectors' tolerance, m and rad. They are written with nine digits.
 const TOLERANCE: f64 = 1e-6;
@@ -328,6 +328,8 @@ fn no_sample_is_outside_any_bound() {
         let both = left.common(&right).expect("both hold what is true");
         assert!(both.disc.radius <= left.disc.radius.min(right.disc.radius));
         let inverse = left.inverse();
+        let legs = motions.iter().map(|motion| Leg::of_motion(motion).unwrap());
+        let leg = legs.reduce(|all, next| all.then(&next)).unwrap();
         // Something else that is known, and cuts off a part.
         let size = left.disc.radius * random.between(0.05, 1.5);
         let away = left.disc.radius * random.between(0.0, 1.5);
@@ -357,6 +359,7 @@ fn no_sample_is_outside_any_bound() {
             assert!(holds(&both, pose), "{motions:?} {both:?} {pose:?}");
             let start = pose.inverse();
             assert!(holds(&inverse, start), "{motions:?} {inverse:?} {start:?}");
+            assert!(holds(&leg.back, start), "{motions:?} {leg:?} {start:?}");
             if covers(&other.disc, pose.x, pose.y) {
                 let held = discs.is_some_and(|disc| covers(&disc, pose.x, pose.y));
                 assert!(held, "{left:?} {other:?} {discs:?} {pose:?}");

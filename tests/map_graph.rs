@@ -7,7 +7,7 @@ use common::Random;
 use mapped::{Pose, bound_about, disc_about, holds, sample, usual_motion, within};
 use std::f64::consts::FRAC_PI_2;
 use vehicle_controller::map::{
-    Contradiction, Crossing, Cylinder, Disc, Gaussian, Heading, Journey, JourneyError, Map,
+    Contradiction, Crossing, Cylinder, Disc, Gaussian, Heading, Journey, JourneyError, Leg, Map,
     MapError, Motion, PlaceId, crossing,
 };
 
@@ -99,6 +99,27 @@ fn figure_5_a_landmark_shrinks_the_circles_before() {
     assert_eq!(after[..2], before[..2]);
     // Again it tells nothing new.
     assert_eq!(journey.confirm(&in_meadow(0.2, SIDE.turn_bound)), Ok(0));
+}
+
+#[test]
+fn figure_5_is_tighter_for_motions_that_are_bounded_both_ways() {
+    let mut journey: Journey = Journey::new();
+    let side = Leg::of_motion(&SIDE).unwrap();
+    // Whoever looks back along a side sees its beginning 1 m behind, ±5 cm, whatever the turn was wrong by.
+    assert!((side.back.disc.x + 1.0).abs() < 1e-9 && side.back.disc.y.abs() < 1e-9);
+    assert!((side.back.disc.radius - 0.05).abs() < 1e-9);
+    for _ in 0..4 {
+        journey.go_along(&side).unwrap();
+    }
+    let before = journey.bounds().to_vec();
+    let shrunk = journey.confirm(&in_meadow(0.2, SIDE.turn_bound)).unwrap();
+    assert_eq!(shrunk, 2);
+    let radius = |bound: &Cylinder| bound.disc.radius;
+    // The meadow, the length's 5 cm, and the heading's 5° over a metre.
+    let cascade = 0.2 + 0.05 + 5_f64.to_radians().sin();
+    let after = radius(&journey.bounds()[2]);
+    assert!((after - cascade).abs() < 1e-6, "{after} {cascade}");
+    assert!(after < 0.7 * radius(&before[2]));
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub fn simulated(script: &Script, name: &str, robot: &Robot, seed: u64) -> Resul
     let mut base = Rig::new(robot, seed)?;
     let trace = TraceFile::create(None, true, PERIOD)?;
     let mut said = Vec::new();
-    let trace = run::run(&mut base, script, trace, &mut said)?;
+    let trace = run::run(&mut base, script, seed, trace, &mut said)?;
     // What is learned of a base that stood, nobody should take for a drive.
     for line in String::from_utf8_lossy(&said).lines() {
         let is_trouble = line.contains("\t! fault") || line.contains("\tERR");

@@ -12,6 +12,7 @@ use crate::map::{
     Route, Sighting, There,
 };
 use crate::params::{Blueprint, DEGREES, Id, Params};
+use crate::time::Instant;
 
 /// A command of the map; m and rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,6 +154,8 @@ pub(super) struct Charts {
     pub(super) atlas: Atlas,
     pending: Option<Pending>,
     listing: Option<Listing>,
+    /// The last snapshot that was looked at.
+    seen: Option<Instant>,
 }
 
 impl Default for Charts {
@@ -162,6 +165,7 @@ impl Default for Charts {
             atlas: Atlas::new(),
             pending: None,
             listing: None,
+            seen: None,
         }
     }
 }
@@ -195,8 +199,12 @@ impl Interpreter {
     /// Records what the base does, and does a piece of what was asked.
     #[inline(never)]
     pub(super) fn chart<C: Blueprint>(&mut self, desk: &Desk<C>) {
-        let estimator = &desk.snapshot().estimator;
-        self.charts.atlas.update(estimator, &bounds(&self.params));
+        let snapshot = desk.snapshot();
+        if self.charts.seen != Some(snapshot.time) {
+            self.charts.seen = Some(snapshot.time);
+            let bounds = bounds(&self.params);
+            self.charts.atlas.update(&snapshot.estimator, &bounds);
+        }
         self.charts.atlas.work();
     }
 

@@ -1,6 +1,6 @@
 //! A drive from one pose to another, bounded both ways.
 
-use super::Cylinder;
+use super::{Cylinder, Disc, Improper, Motion};
 
 /// A bound of where a drive ends as seen from where it began, and of where it began as seen from where it ends.
 ///
@@ -31,6 +31,29 @@ impl Leg {
         there: Cylinder::HERE,
         back: Cylinder::HERE,
     };
+
+    /// The bound of one motion. Its beginning is seen straight behind, as far away as it has run.
+    ///
+    /// # Errors
+    /// [`Improper`] if it is none.
+    pub fn of_motion(motion: &Motion) -> Result<Self, Improper> {
+        let there = Cylinder::of_motion(motion)?;
+        let behind = Motion {
+            turn: 0.0,
+            turn_bound: 0.0,
+            nearest: -motion.farthest,
+            farthest: -motion.nearest,
+        };
+        let inverse = there.inverse();
+        let disc: Disc = Cylinder::of_motion(&behind)?.disc;
+        Ok(Self {
+            there,
+            back: Cylinder {
+                disc: inverse.disc.tighter(&disc),
+                ..inverse
+            },
+        })
+    }
 
     /// This drive and then another one.
     #[must_use]

@@ -130,9 +130,17 @@ impl<const STOPS: usize> Journey<STOPS> {
     /// # Errors
     /// [`JourneyError::Full`]; the journey is as it was.
     pub fn go(&mut self, arc: &Cylinder) -> Result<(), JourneyError> {
-        let mut reach = self.look(arc);
+        self.go_along(&(*arc).into())
+    }
+
+    /// The same, of an arc that is bounded both ways.
+    ///
+    /// # Errors
+    /// [`JourneyError::Full`]; the journey is as it was.
+    pub fn go_along(&mut self, arc: &Leg) -> Result<(), JourneyError> {
+        let mut reach = self.look(&arc.there);
         while self.look_on(&mut reach) {}
-        self.go_to(&(*arc).into(), &reach.bound())
+        self.go_to(arc, &reach.bound())
     }
 
     /// The same, of what was [found out](Self::look) already.

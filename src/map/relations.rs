@@ -42,6 +42,8 @@ pub struct Relations<const PLACES: usize = 32> {
     /// Those of the first places; nothing is known of others.
     ways: Vec<Way, PLACES>,
     complete: bool,
+    /// Settled, but what its arcs tell is not known yet.
+    fresh: Option<PlaceId>,
 }
 
 impl<const PLACES: usize> Default for Relations<PLACES> {
@@ -55,6 +57,7 @@ impl<const PLACES: usize> Default for Relations<PLACES> {
             root: None,
             ways: Vec::new(),
             complete: true,
+            fresh: None,
         }
     }
 }
@@ -87,6 +90,7 @@ impl<const PLACES: usize> Relations<PLACES> {
         // As many as there is room for.
         while root.is_some() && self.ways.push(Way::NONE).is_ok() {}
         self.complete = root.is_none();
+        self.fresh = None;
         if let Some(root) = root
             && let Some(way) = self.ways.get_mut(root.index())
         {
@@ -107,17 +111,30 @@ impl<const PLACES: usize> Relations<PLACES> {
         self.complete
     }
 
-    /// Settles one more place; false if all are.
+    /// Settles one more place, or takes over what its arcs tell; false if all is done.
     ///
     /// Of its chain both groupings are bounds. Of two chains to a place on the way the one with the smaller radius is kept, though the other's heading may be
     /// better known: a bound it is in any case.
     #[inline(never)]
     pub fn step<const ARCS: usize>(&mut self, map: &Map<PLACES, ARCS>) -> bool {
+        if let Some(here) = self.fresh.take() {
+            self.relax(here, map);
+            return true;
+        }
         let Some(here) = self.nearest() else {
             self.complete = true;
             return false;
         };
-        let bound = self.settle(here, map);
+        self.settle(here, map);
+        self.fresh = Some(here);
+        true
+    }
+
+    /// Takes over the chains that lead on from a place.
+    fn relax<const ARCS: usize>(&mut self, here: PlaceId, map: &Map<PLACES, ARCS>) {
+        let Some(bound) = self.to(here) else {
+            return;
+        };
         for (index, arc) in map.arcs().iter().enumerate() {
             let Some(end) = neighbour(arc, here) else {
                 continue;
@@ -144,7 +161,6 @@ impl<const PLACES: usize> Relations<PLACES> {
                 };
             }
         }
-        true
     }
 
     /// The place with the smallest radius that is not settled yet.
@@ -157,7 +173,7 @@ impl<const PLACES: usize> Relations<PLACES> {
     }
 
     /// The bound of a place, by both groupings of its chain, from here on.
-    fn settle<const ARCS: usize>(&mut self, here: PlaceId, map: &Map<PLACES, ARCS>) -> Cylinder {
+    fn settle<const ARCS: usize>(&mut self, here: PlaceId, map: &Map<PLACES, ARCS>) {
         let mut right: Option<Cylinder> = None;
         for (before, arc) in self.chain(here) {
             if let Some(arc) = map.arcs().get(usize::from(arc)) {
@@ -165,14 +181,12 @@ impl<const PLACES: usize> Relations<PLACES> {
                 right = Some(right.map_or(step, |rest| step.then(&rest)));
             }
         }
-        let Some(way) = self.ways.get_mut(here.index()) else {
-            return Cylinder::HERE;
-        };
-        way.state = State::Settled;
-        if let Some(right) = right {
-            way.bound = way.bound.tighter(&right);
+        if let Some(way) = self.ways.get_mut(here.index()) {
+            way.state = State::Settled;
+            if let Some(right) = right {
+                way.bound = way.bound.tighter(&right);
+            }
         }
-        way.bound
     }
 
     /// The arcs from a place back to the root, each with the place before it: the last one first.

@@ -4,7 +4,7 @@ use crate::plot::{Chart, Ink, Mark};
 use crate::random::Random;
 use anyhow::{Result, anyhow};
 use std::f64::consts::{FRAC_PI_2, TAU};
-use vehicle_controller::map::{Cylinder, Disc, Heading, Journey, Motion};
+use vehicle_controller::map::{Cylinder, Disc, Heading, Journey, Leg, Motion};
 
 /// ±5°, and ±5 cm for each metre and besides.
 const TURN_BOUND: f64 = 5.0 / 360.0 * TAU;
@@ -135,7 +135,7 @@ fn relational() -> Result<Chart> {
             heading.centre().to_degrees(),
             heading.half().to_degrees()
         );
-        let middle = [0, 1].map(|axis| f64::midpoint(from[axis], to[axis]));
+        let middle = [0, 1].map(|axis| 0.65 * from[axis] + 0.35 * to[axis]);
         chart.marks.push(Mark::Name(middle, text));
     }
     for (index, name) in ["A", "B", "C", "D", "E"].into_iter().enumerate() {
@@ -173,10 +173,11 @@ fn square() -> Result<Chart> {
     let motions = [motion(90.0, 1.0); 4];
     let mut journey: Journey = Journey::new();
     for motion in &motions {
-        journey.go(&cylinder(motion)?)?;
+        let leg = Leg::of_motion(motion).map_err(|error| anyhow!("{error}"))?;
+        journey.go_along(&leg)?;
     }
     let meadow = Cylinder {
-        disc: Disc::about(0.3),
+        disc: Disc::about(0.2),
         heading: Heading::new(0.0, TURN_BOUND),
     };
     let forward = journey.bounds().to_vec();

@@ -8,7 +8,7 @@ use plotters::style::RGBColor;
 use super::geometry::{Point, Rect};
 use super::panel::{Panel, Swatch, legend};
 use super::path::view;
-use super::scene::{Align, BLACK, GREY, Label, Pen, Scene, circle};
+use super::scene::{Align, BLACK, GREY, Label, Pen, Scene};
 use super::{BLUE, VERMILLION, new_figure};
 
 const GREEN: RGBColor = RGBColor(0x00, 0x9e, 0x73);
@@ -162,12 +162,22 @@ fn draw(scene: &mut Scene, place: Rect, chart: &Chart) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// A circle as a polygon that nobody sees the corners of, closed.
+fn outline(center: Point, radius: f64) -> Vec<Point> {
+    (0..=96)
+        .map(|side| {
+            let (sin, cos) = (f64::from(side) * std::f64::consts::TAU / 96.0).sin_cos();
+            (center.0 + radius * cos, center.1 + radius * sin)
+        })
+        .collect()
+}
+
 fn draw_mark(scene: &mut Scene, panel: &Panel, mark: &Mark) {
     let pixel = |[x, y]: &[f64; 2]| panel.pixel((*x, *y));
     match mark {
         Mark::Circle(center, radius, ink) => {
             let (at, edge) = (pixel(center), pixel(&[center[0] + radius, center[1]]));
-            let outline = circle(at, edge.0 - at.0);
+            let outline = outline(at, edge.0 - at.0);
             if *ink == Ink::Meadow {
                 scene.area(outline.clone(), ink.color(), 0.15);
             }
