@@ -92,7 +92,7 @@ fn cost(client: &mut Client<ImageBase>, line: &str) -> String {
     let after = client.base.counts().unwrap();
     let since = |name| spent(&after, name).0 - spent(&before, name).0;
     // What is worked on is a part of `chart`, which records all the time.
-    let all = since("::chart") + since("::execute_map") + since("::answer_map") - since("::update");
+    let all = since("::chart") + since("::ask") + since("::answer_map") - since("::update");
     println!("{line:30} {reply:40} {all:9} instructions, {milliseconds} ms");
     reply
 }
@@ -123,7 +123,7 @@ fn questions_at_capacity_are_answered_and_nothing_waits_for_them() {
     assert!(cost(&mut client, "AmIThere p3").starts_with("AmIThere p3 "));
     let counts = client.base.counts().unwrap();
     println!("{counts}");
-    for name in ["::execute_map", "::answer_map", "::chart"] {
+    for name in ["::ask", "::answer_map", "::chart"] {
         let (total, most) = spent(&counts, name);
         println!("{name}: {most} at most");
         assert!(total > 0 && most <= PIECE, "{name}: {most}");
