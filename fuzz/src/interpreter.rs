@@ -311,7 +311,7 @@ impl<'a> Session<'a> {
         match ask {
             Ask::Plain("ListParams") => self.rows = Params::default().count(),
             Ask::Plain("GetMap") | Ask::Map("Route" | "AmIThere", _) => {
-                self.map_rows = replies::map_rows(ask, reply);
+                self.map_rows = crate::replies::map_rows(ask, reply);
             }
             _ => {}
         }

@@ -256,9 +256,9 @@ pub fn map_row(row: &str) {
             let [d, r, alpha] = [d, r, alpha].map(|word| number(word));
             let angles = [beta, eta].map(|word| number(word));
             let free = *freeway == "-" || number(freeway) >= 0.0;
-            likely.iter().for_each(|word| drop(number(word)));
+            let finite = likely.iter().all(|word| number(word).is_finite());
             let sizes = d >= 0.0 && r >= 0.0 && (0.0..=180.0).contains(&alpha);
-            sizes && free && angles.iter().all(|a| a.abs() <= 180.0) && likely.len() == 9
+            finite && sizes && free && angles.iter().all(|a| a.abs() <= 180.0) && likely.len() == 9
         }
         ("there", [_, answer, probability]) => is_there(answer, probability),
         ("route", [_]) => true,

@@ -9,8 +9,8 @@ use std::path::Path;
 
 /// Half the ticks cost no more, and none costs more.
 const TICK: [u64; 2] = [1500, 4000];
-/// Instructions of a piece of a question: 5 ms at 168 MHz and 1.4 cycles each. Idle must come around within 10.
-const PIECE: u64 = 600_000;
+/// Instructions of a piece of a question: 2.5 ms at 168 MHz and 1.4 cycles each. Idle must come around within 10.
+const PIECE: u64 = 300_000;
 /// A question is answered within so many milliseconds.
 const PATIENCE: u64 = 400;
 

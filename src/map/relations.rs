@@ -35,16 +35,35 @@ impl Way {
 
 /// Where the frames of places lie as seen from the `root`, by Dijkstra's algorithm with the radius of the bound as length.
 ///
-/// [`step`](Self::step) settles one place: a small processor has not the time for all at once. The memory is that of one chain to each place.
+/// [`step`](Self::step) does a piece of the work: a small processor has not the time for all at once. The memory is that of one chain to each place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relations<const PLACES: usize = 32> {
     root: Option<PlaceId>,
     /// Those of the first places; nothing is known of others.
     ways: Vec<Way, PLACES>,
     complete: bool,
-    /// Settled, but what its arcs tell is not known yet.
-    fresh: Option<PlaceId>,
+    piece: Piece,
 }
+
+/// What is under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Piece {
+    Nothing,
+    /// The chain to a place is grouped from the right, so far from its end.
+    Fold {
+        here: PlaceId,
+        before: PlaceId,
+        right: Option<Cylinder>,
+    },
+    /// The chains that lead on from a place, by its arcs from this one on.
+    Relax {
+        here: PlaceId,
+        next: usize,
+    },
+}
+
+/// So many arcs are looked at in a piece.
+const ARCS_AT_ONCE: usize = 12;
 
 impl<const PLACES: usize> Default for Relations<PLACES> {
     #[allow(
@@ -57,7 +76,7 @@ impl<const PLACES: usize> Default for Relations<PLACES> {
             root: None,
             ways: Vec::new(),
             complete: true,
-            fresh: None,
+            piece: Piece::Nothing,
         }
     }
 }
@@ -90,7 +109,7 @@ impl<const PLACES: usize> Relations<PLACES> {
         // As many as there is room for.
         while root.is_some() && self.ways.push(Way::NONE).is_ok() {}
         self.complete = root.is_none();
-        self.fresh = None;
+        self.piece = Piece::Nothing;
         if let Some(root) = root
             && let Some(way) = self.ways.get_mut(root.index())
         {
@@ -111,34 +130,84 @@ impl<const PLACES: usize> Relations<PLACES> {
         self.complete
     }
 
-    /// Settles one more place, or takes over what its arcs tell; false if all is done.
+    /// Does a piece of the work; false if all is done.
     ///
-    /// Of its chain both groupings are bounds. Of two chains to a place on the way the one with the smaller radius is kept, though the other's heading may be
-    /// better known: a bound it is in any case.
+    /// Of a place's chain both groupings are bounds. Of two chains to a place on the way the one with the smaller radius is kept, though the other's heading may
+    /// be better known: a bound it is in any case.
     #[inline(never)]
     pub fn step<const ARCS: usize>(&mut self, map: &Map<PLACES, ARCS>) -> bool {
-        if let Some(here) = self.fresh.take() {
-            self.relax(here, map);
-            return true;
-        }
-        let Some(here) = self.nearest() else {
-            self.complete = true;
-            return false;
+        self.piece = match self.piece {
+            Piece::Nothing => match self.nearest() {
+                Some(here) => Piece::Fold {
+                    here,
+                    before: here,
+                    right: None,
+                },
+                None => {
+                    self.complete = true;
+                    return false;
+                }
+            },
+            Piece::Fold {
+                here,
+                before,
+                right,
+            } => self.fold(here, before, right, map),
+            Piece::Relax { here, next } => self.relax(here, next, map),
         };
-        self.settle(here, map);
-        self.fresh = Some(here);
         true
     }
 
-    /// Takes over the chains that lead on from a place.
-    fn relax<const ARCS: usize>(&mut self, here: PlaceId, map: &Map<PLACES, ARCS>) {
+    /// Groups some more arcs of a chain from the right; at the root the place is settled.
+    fn fold<const ARCS: usize>(
+        &mut self,
+        here: PlaceId,
+        mut before: PlaceId,
+        mut right: Option<Cylinder>,
+        map: &Map<PLACES, ARCS>,
+    ) -> Piece {
+        for (place, arc) in self.chain(before).take(ARCS_AT_ONCE) {
+            if let Some(arc) = map.arcs().get(usize::from(arc)) {
+                let step = seen_from(arc, place);
+                right = Some(right.map_or(step, |rest| step.then(&rest)));
+            }
+            before = place;
+        }
+        if Some(before) != self.root {
+            return Piece::Fold {
+                here,
+                before,
+                right,
+            };
+        }
+        if let Some(way) = self.ways.get_mut(here.index()) {
+            way.state = State::Settled;
+            if let Some(right) = right {
+                way.bound = way.bound.tighter(&right);
+            }
+        }
+        Piece::Relax { here, next: 0 }
+    }
+
+    /// Takes over the chains that lead on from a place by some more of its arcs.
+    fn relax<const ARCS: usize>(
+        &mut self,
+        here: PlaceId,
+        next: usize,
+        map: &Map<PLACES, ARCS>,
+    ) -> Piece {
         let Some(bound) = self.to(here) else {
-            return;
+            return Piece::Nothing;
         };
-        for (index, arc) in map.arcs().iter().enumerate() {
+        let mut left = ARCS_AT_ONCE;
+        for (index, arc) in map.arcs().iter().enumerate().skip(next) {
             let Some(end) = neighbour(arc, here) else {
                 continue;
             };
+            if left == 0 {
+                return Piece::Relax { here, next: index };
+            }
+            left -= 1;
             let Some(known) = self.ways.get_mut(end.index()) else {
                 continue;
             };
@@ -161,6 +230,7 @@ impl<const PLACES: usize> Relations<PLACES> {
                 };
             }
         }
+        Piece::Nothing
     }
 
     /// The place with the smallest radius that is not settled yet.
@@ -170,23 +240,6 @@ impl<const PLACES: usize> Relations<PLACES> {
             .filter(|(_, way)| way.state == State::Open)
             .min_by(|(_, a), (_, b)| a.bound.disc.radius.total_cmp(&b.bound.disc.radius))?;
         Some(PlaceId::at(index))
-    }
-
-    /// The bound of a place, by both groupings of its chain, from here on.
-    fn settle<const ARCS: usize>(&mut self, here: PlaceId, map: &Map<PLACES, ARCS>) {
-        let mut right: Option<Cylinder> = None;
-        for (before, arc) in self.chain(here) {
-            if let Some(arc) = map.arcs().get(usize::from(arc)) {
-                let step = seen_from(arc, before);
-                right = Some(right.map_or(step, |rest| step.then(&rest)));
-            }
-        }
-        if let Some(way) = self.ways.get_mut(here.index()) {
-            way.state = State::Settled;
-            if let Some(right) = right {
-                way.bound = way.bound.tighter(&right);
-            }
-        }
     }
 
     /// The arcs from a place back to the root, each with the place before it: the last one first.
