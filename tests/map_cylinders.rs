@@ -221,7 +221,7 @@ fn a_motion_reaches_the_edge_of_its_bound() {
         let [turn, half] = [motion.turn, motion.turn_bound];
         for direction in [turn - half, turn + half] {
             for run in [motion.nearest, motion.farthest] {
-                let pose = Pose::default().after([direction, run.into()]);
+                let pose = Pose::default().after([direction, run]);
                 let share = share(&bound.disc, pose.x, pose.y);
                 // 2⁻⁴⁰ of 10 radii, or of 70 as a 0.01 rad sector is wide.
                 let smaller = bound.disc.radius < 0.999 * length;

@@ -174,7 +174,7 @@ fn curves_corners_and_backing_are_inside_however_wrong_odometry_is() {
     let (mut excluding, mut legs) = (0, 0);
     for drive in 0..1500 {
         let mut base = Base::new();
-        for _ in 0..1 + random.below(10) {
+        for _ in 0..=random.below(10) {
             let run = match random.below(4) {
                 0 => -random.between(0.05, 1.5),
                 _ => random.between(0.05, 4.0),

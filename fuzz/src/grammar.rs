@@ -380,10 +380,8 @@ fn map(name: &'static str, words: &mut Words<'_, '_>) -> Option<Ask> {
         words.name()?;
     }
     match name {
-        "Mark" => {
-            if words.more() {
-                words.within(0.0, 1000.0)?;
-            }
+        "Mark" if words.more() => {
+            words.within(0.0, 1000.0)?;
         }
         "Freeway" | "Route" => {
             words.within(0.0, 1000.0)?;

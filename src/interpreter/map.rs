@@ -149,25 +149,13 @@ enum Listing {
 }
 
 /// The map, and what is being said of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Charts {
     pub(super) atlas: Atlas,
     pending: Option<Pending>,
     listing: Option<Listing>,
     /// The last snapshot that was looked at.
     seen: Option<Instant>,
-}
-
-impl Default for Charts {
-    // It is too large to be moved.
-    fn default() -> Self {
-        Self {
-            atlas: Atlas::new(),
-            pending: None,
-            listing: None,
-            seen: None,
-        }
-    }
 }
 
 impl Charts {

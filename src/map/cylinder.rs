@@ -154,7 +154,7 @@ impl Cylinder {
     /// The bound of a chain of motions: ((1 then 2) then 3) …
     #[must_use]
     pub fn from_left(chain: &[Self]) -> Self {
-        fold(chain.iter(), |all, next| all.then(next))
+        fold(chain.iter(), Self::then)
     }
 
     /// The bound of a chain of motions: … (n−2 then (n−1 then n)).

@@ -95,7 +95,7 @@ impl Gaussian {
         const TAIL: f32 = 5.0;
         /// No deviation is less, in units of the radius: beyond it, the rule would see steps.
         const LEAST: f32 = 1e-3;
-        if !(radius > 0.0) {
+        if radius.is_nan() || radius <= 0.0 {
             return 0.0;
         }
         let [xx, xy, _, yy, _, _] = self.covariance;
@@ -116,7 +116,7 @@ impl Gaussian {
         let integrand = |index: u8| {
             let (u, w) = sin_cos(low + step * f32::from(index));
             let off = (u - across) / minor;
-            let density = libm::expf(-0.5 * off * off) * 0.398_942_28 / minor;
+            let density = libm::expf(-0.5 * off * off) * 0.398_942_3 / minor;
             let chord = normal((w - along) / major) - normal((-w - along) / major);
             density * chord * w
         };

@@ -137,17 +137,17 @@ impl<const PLACES: usize> Relations<PLACES> {
     #[inline(never)]
     pub fn step<const ARCS: usize>(&mut self, map: &Map<PLACES, ARCS>) -> bool {
         self.piece = match self.piece {
-            Piece::Nothing => match self.nearest() {
-                Some(here) => Piece::Fold {
+            Piece::Nothing => {
+                let Some(here) = self.nearest() else {
+                    self.complete = true;
+                    return false;
+                };
+                Piece::Fold {
                     here,
                     before: here,
                     right: None,
-                },
-                None => {
-                    self.complete = true;
-                    return false;
                 }
-            },
+            }
             Piece::Fold {
                 here,
                 before,

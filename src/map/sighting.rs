@@ -57,7 +57,7 @@ impl Sighting {
     fn heading(&self, from: &Disc, spot: &Disc) -> Option<Heading> {
         let (dx, dy) = (spot.x - from.x, spot.y - from.y);
         let (apart, reach) = (length(dx, dy), from.radius + spot.radius);
-        if !(reach < apart) {
+        if reach.is_nan() || reach >= apart {
             return None;
         }
         let half = libm::atan2(reach, sqrt((apart - reach) * (apart + reach)));
