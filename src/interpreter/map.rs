@@ -149,7 +149,7 @@ enum Listing {
 }
 
 /// The map, and what is being said of it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Charts {
     pub(super) atlas: Atlas,
     pending: Option<Pending>,
@@ -159,6 +159,20 @@ pub(super) struct Charts {
 }
 
 impl Charts {
+    #[allow(
+        clippy::inline_always,
+        reason = "otherwise it is made on the stack and moved"
+    )]
+    #[inline(always)]
+    pub(super) fn new() -> Self {
+        Self {
+            atlas: Atlas::new(),
+            pending: None,
+            listing: None,
+            seen: None,
+        }
+    }
+
     /// Something of the map is to be said before the next line is answered.
     pub(super) fn is_busy(&self) -> bool {
         self.pending.is_some() || self.listing.is_some()

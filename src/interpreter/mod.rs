@@ -140,7 +140,7 @@ impl Interpreter {
             halt: false,
             forgotten: false,
             storage,
-            charts: Charts::default(),
+            charts: Charts::new(),
             events: Deque::new(),
             output: Deque::new(),
             stream: Stream::default(),

@@ -21,7 +21,7 @@ use crate::controller::{Estimator, Stretch};
 use heapless::Vec;
 
 /// How many motions between two stops are kept apart.
-const MOTIONS: usize = 12;
+const MOTIONS: usize = 10;
 /// The same, while a question is being answered.
 const FEW: usize = 2;
 
@@ -160,7 +160,7 @@ impl<const STOPS: usize> Stops<STOPS> {
 /// # }
 /// ```
 #[derive(Clone, Debug)]
-pub struct Atlas<const PLACES: usize = 32, const ARCS: usize = 96, const STOPS: usize = 32> {
+pub struct Atlas<const PLACES: usize = 32, const ARCS: usize = 96, const STOPS: usize = 24> {
     pub(super) map: Map<PLACES, ARCS>,
     pub(super) relations: Relations<PLACES>,
     /// The place in whose frame the journey began. `None` if nobody knows.
