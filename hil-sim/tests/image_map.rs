@@ -71,7 +71,11 @@ fn spent(counts: &Counts, name: &str) -> (u64, u64) {
 
 /// Asks, and tells what it has cost: instructions beyond what recording alone takes, and milliseconds.
 fn cost(client: &mut Client<ImageBase>, line: &str) -> String {
+    // What recording and asking whether there is anything to do take, all the time.
+    let quiet = client.base.counts().unwrap();
+    client.run(100);
     let before = client.base.counts().unwrap();
+    let idle = (spent(&before, "::chart").0 - spent(&quiet, "::chart").0) / 100;
     let sent = client.time;
     let from = client.lines.len();
     client.send(line);
@@ -91,8 +95,9 @@ fn cost(client: &mut Client<ImageBase>, line: &str) -> String {
     client.run(100);
     let after = client.base.counts().unwrap();
     let since = |name| spent(&after, name).0 - spent(&before, name).0;
-    // What is worked on is a part of `chart`, which records all the time.
-    let all = since("::chart") + since("::ask") + since("::answer_map") - since("::update");
+    // What is worked on is a part of `chart`.
+    let all = since("::chart") + since("::ask") + since("::answer_map");
+    let all = all.saturating_sub(idle * (milliseconds + 100));
     println!("{line:30} {reply:40} {all:9} instructions, {milliseconds} ms");
     reply
 }

@@ -9,7 +9,7 @@ use vehicle_controller::map::{Cylinder, Disc, Heading, Journey, Leg, Motion};
 /// ±5°, and ±5 cm for each metre and besides.
 const TURN_BOUND: f64 = 5.0 / 360.0 * TAU;
 /// Samples of a cloud.
-const SAMPLES: u32 = 1500;
+const SAMPLES: u32 = 700;
 
 /// A turn by some degrees and a run of some metres, with the paper's bounds.
 fn motion(turn: f64, run: f64) -> Motion {
@@ -135,7 +135,9 @@ fn relational() -> Result<Chart> {
             heading.centre().to_degrees(),
             heading.half().to_degrees()
         );
-        let middle = [0, 1].map(|axis| 0.65 * from[axis] + 0.35 * to[axis]);
+        // The label is to its right: away from the place there.
+        let share = if to[0] < from[0] - 1.0 { 0.8 } else { 0.35 };
+        let middle = [0, 1].map(|axis| (1.0 - share) * from[axis] + share * to[axis]);
         chart.marks.push(Mark::Name(middle, text));
     }
     for (index, name) in ["A", "B", "C", "D", "E"].into_iter().enumerate() {
