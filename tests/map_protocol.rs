@@ -217,6 +217,29 @@ fn a_map_is_full_at_32_places() {
 }
 
 #[test]
+fn a_stop_waits_for_no_question() {
+    let mut rig = Rig::noiseless();
+    for place in 0..32 {
+        assert_eq!(
+            rig.ask(&format!("Mark p{place}")),
+            format!("Marked p{place}")
+        );
+    }
+    rig.ok("m inf 0.3");
+    rig.run(1.0);
+    rig.lines();
+    rig.receive(b"Crosses p0 p9 p20 p31\nStop\n");
+    rig.run(0.01);
+    // Nothing has been said yet, and the base stops.
+    assert_eq!(rig.lines(), Vec::<String>::new());
+    assert_eq!(rig.snapshot().translation.state.name(), "DECCEL");
+    rig.run(1.0);
+    let lines = rig.lines();
+    let replies: Vec<&String> = lines.iter().filter(|line| !is_unsolicited(line)).collect();
+    assert_eq!(replies, ["Crosses may", "OK"]);
+}
+
+#[test]
 fn ways_cross_or_not() {
     let mut rig = at_door();
     for line in [

@@ -2,106 +2,18 @@
 //!
 //! What takes long is asked, and answered when the atlas has worked it out, a piece at each poll; lists follow a row at each.
 
-use super::command::{Range, TOO_FEW, Words, range};
+mod read;
+mod tell;
+
+pub use read::MapCommand;
+pub(super) use read::read;
+
 use super::error::Error;
-use super::keyword::Keyword;
 use super::text::Text;
-use super::{Address, Desk, Interpreter, begin, reply};
-use crate::map::{
-    Answer, Arc, Atlas, Bounds, FARTHEST, MapError, Name, Place, PlaceId, Presence, Question,
-    Route, Sighting, There,
-};
+use super::{Address, Desk, Interpreter, begin};
+use crate::map::{Answer, Atlas, Bounds, MapError, Name, PlaceId, Presence, Question, Route};
 use crate::params::{Blueprint, DEGREES, Id, Params};
 use crate::time::Instant;
-
-/// A command of the map; m and rad.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum MapCommand {
-    /// Mark: a name, and the radius of its meadow.
-    Mark(Name, Option<f64>),
-    /// AmIThere: of one place, or of all.
-    AmIThere(Option<Name>),
-    /// Sight.
-    Sight(Name, Option<Sight>),
-    /// Label: a place and a landmark.
-    Label(Name, Name),
-    /// Freeway: between two places, and how wide.
-    Freeway(Name, Name, f32),
-    /// Route: from one place to another, and how wide.
-    Route(Name, Name, f32),
-    /// Crosses: the ends of two ways.
-    Crosses([Name; 4]),
-}
-
-/// Where a landmark is seen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
-    /// Bearing and its bound, rad.
-    bearing: [f64; 2],
-    /// Range and its bound, m.
-    range: Option<(f64, Option<f64>)>,
-}
-
-/// A meadow's radius and a freeway's width.
-const RADIUS: Range = range("r", 0.0, 1000.0, "m");
-const WIDTH: Range = range("width", 0.0, 1000.0, "m");
-const BEARING: Range = range("bearing", -360.0, 360.0, "deg");
-const BEARING_BOUND: Range = range("bound", 0.0, 180.0, "deg");
-const REACH: Range = range("range", 0.0, 1000.0, "m");
-const REACH_BOUND: Range = range("bound", 0.0, 1000.0, "m");
-
-/// Reads a command of the map; `None` if the keyword is none.
-///
-/// # Errors
-/// [`Error::Syntax`] or [`Error::Range`].
-pub(super) fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Option<MapCommand>, Error> {
-    Ok(Some(match keyword {
-        Keyword::Mark => MapCommand::Mark(name(words)?, words.optional(&RADIUS)?),
-        Keyword::AmIThere => MapCommand::AmIThere(optional_name(words)?),
-        Keyword::Sight => MapCommand::Sight(name(words)?, sight(words)?),
-        Keyword::Label => MapCommand::Label(name(words)?, name(words)?),
-        Keyword::Freeway => {
-            MapCommand::Freeway(name(words)?, name(words)?, words.number(&WIDTH)? as f32)
-        }
-        Keyword::Route => {
-            MapCommand::Route(name(words)?, name(words)?, words.number(&WIDTH)? as f32)
-        }
-        Keyword::Crosses => {
-            MapCommand::Crosses([name(words)?, name(words)?, name(words)?, name(words)?])
-        }
-        _ => return Ok(None),
-    }))
-}
-
-fn name(words: &mut Words<'_>) -> Result<Name, Error> {
-    optional_name(words)?.ok_or(TOO_FEW)
-}
-
-fn optional_name(words: &mut Words<'_>) -> Result<Option<Name>, Error> {
-    const NO_NAME: Error = Error::Syntax("a name has 1 to 15 letters, digits, - _ or .");
-    let Some(word) = words.next()? else {
-        return Ok(None);
-    };
-    let is_good = |byte: &u8| byte.is_ascii_alphanumeric() || b"-_.".contains(byte);
-    let text = core::str::from_utf8(word).ok();
-    let text = text.filter(|_| word.iter().all(is_good)).ok_or(NO_NAME)?;
-    Name::try_from(text).map(Some).map_err(|_| NO_NAME)
-}
-
-fn sight(words: &mut Words<'_>) -> Result<Option<Sight>, Error> {
-    let Some(bearing) = words.optional(&BEARING)? else {
-        return Ok(None);
-    };
-    let bound = words.number(&BEARING_BOUND)?;
-    let range = match words.optional(&REACH)? {
-        Some(range) => Some((range, words.optional(&REACH_BOUND)?)),
-        None => None,
-    };
-    Ok(Some(Sight {
-        bearing: [bearing / DEGREES, bound / DEGREES],
-        range,
-    }))
-}
 
 /// What the map's bounds are, by the parameters.
 fn bounds(params: &Params) -> Bounds {
@@ -111,23 +23,6 @@ fn bounds(params: &Params) -> Bounds {
         turn_per_metre: number(Id::BoundTurnPerM) / DEGREES,
         distance: number(Id::BoundDist),
         distance_share: number(Id::BoundDistRel),
-    }
-}
-
-impl Sight {
-    /// A range without a bound of its own has that of a run.
-    fn sighting(&self, bounds: &Bounds) -> Sighting {
-        let [bearing, bearing_bound] = self.bearing;
-        let range = self.range.map(|(range, bound)| {
-            let bound = bound.unwrap_or(bounds.distance + bounds.distance_share * range);
-            let nearest = range - bound;
-            [if nearest > 0.0 { nearest } else { 0.0 }, range + bound]
-        });
-        Sighting {
-            bearing,
-            bearing_bound,
-            range: range.filter(|[_, farthest]| *farthest <= FARTHEST),
-        }
     }
 }
 
@@ -287,8 +182,11 @@ impl Interpreter {
             }
             return;
         }
-        let Some(answer) = self.charts.atlas.answer() else {
-            return;
+        let answer = match self.charts.atlas.answer() {
+            Some(answer) => answer,
+            None if self.charts.atlas.is_busy() => return,
+            // It has been lost meanwhile where the base is, and with that what was asked.
+            None => Err(MapError::Unknown),
         };
         let Some(pending) = self.charts.pending.take() else {
             return;
@@ -323,7 +221,7 @@ impl Charts {
                 text.str("AmIThere");
                 if let Some(place) = about {
                     let there = self.atlas.there(&presence, place);
-                    tell_there(text.word(&name(place)), &there);
+                    tell::there(text.word(&name(place)), &there);
                 } else {
                     text.integer(map.places().count() as i64);
                     self.listing = Some(Listing::There(presence, 0));
@@ -340,17 +238,17 @@ impl Charts {
             Listing::There(presence, next) => {
                 let (place, known) = map.places().nth(next)?;
                 text.str("~ there").word(&known.name);
-                tell_there(text, &self.atlas.there(&presence, place));
+                tell::there(text, &self.atlas.there(&presence, place));
                 Some(Listing::There(presence, next + 1))
             }
             Listing::Map(next) => {
                 let places = map.places().count();
                 if let Some((_, place)) = map.places().nth(next) {
-                    tell_place(text, place);
+                    tell::place(text, place);
                 } else {
                     let arc = map.arcs().get(next.checked_sub(places)?)?;
                     let name = |place| map.place(place).map(|place| place.name).unwrap_or_default();
-                    tell_arc(text, arc, &name(arc.from), &name(arc.to));
+                    tell::arc(text, arc, &name(arc.from), &name(arc.to));
                 }
                 Some(Listing::Map(next + 1))
             }
@@ -361,52 +259,4 @@ impl Charts {
             }
         }
     }
-}
-
-/// `yes-maybe` or `no`, and the probability.
-fn tell_there(text: &mut Text, there: &There) {
-    text.word(if there.is_plausible {
-        "yes-maybe"
-    } else {
-        "no"
-    });
-    match there.probability {
-        Some(probability) => text.fixed(probability.into(), 3),
-        None => text.word("-"),
-    };
-}
-
-/// `~ place <name> <meadow> <landmarks>`.
-fn tell_place(text: &mut Text, place: &Place) {
-    text.str("~ place").word(&place.name).fixed(place.meadow, 3);
-    for landmark in &place.landmarks {
-        text.word(&landmark.name);
-    }
-}
-
-/// `~ arc <from> <to> d β r η α <freeway> x y θ Cxx Cxy Cxθ Cyy Cyθ Cθθ`.
-fn tell_arc(text: &mut Text, arc: &Arc, from: &str, to: &str) {
-    let (disc, heading) = (&arc.bound.disc, &arc.bound.heading);
-    text.str("~ arc")
-        .word(from)
-        .word(to)
-        .fixed(disc.distance(), 4)
-        .fixed(disc.bearing() * DEGREES, 3)
-        .fixed(disc.radius, 4)
-        .fixed(heading.centre() * DEGREES, 3)
-        .fixed(heading.half() * DEGREES, 3);
-    match arc.freeway {
-        Some(width) => text.fixed(width.into(), 3),
-        None => text.word("-"),
-    };
-    let [x, y, theta] = arc.likely.mean.map(f64::from);
-    let [xx, xy, xt, yy, yt, tt] = arc.likely.covariance.map(f64::from);
-    text.fixed(x, 4).fixed(y, 4);
-    reply::heading(text, theta);
-    text.scientific(xx)
-        .scientific(xy)
-        .scientific(xt * DEGREES)
-        .scientific(yy)
-        .scientific(yt * DEGREES)
-        .scientific(tt * DEGREES * DEGREES);
 }

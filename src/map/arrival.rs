@@ -1,7 +1,10 @@
 //! Places marked and landmarks sighted: what they change in the map, and backward reasoning [B §4.3].
 
-use super::atlas::{Answer, Atlas, Claim, Judged, Question, Stage};
-use super::{Backward, Cylinder, Disc, Gaussian, Heading, Map, MapError, Place, PlaceId, Sighting};
+use super::atlas::{Atlas, Claim, Judged, Stage};
+use super::{
+    Answer, Backward, Cylinder, Disc, Gaussian, Heading, Map, MapError, Place, PlaceId, Question,
+    Sighting,
+};
 
 /// The meadow of a place that is marked without one, m.
 pub const MEADOW: f64 = 0.5;

@@ -14,8 +14,8 @@
 
 use super::trail::Trail;
 use super::{
-    Backward, Bounds, Crossing, Cylinder, Disc, Gaussian, Heading, Journey, Leg, Map, MapError,
-    Name, PlaceId, Reach, Relations, Sighting, crossing,
+    Answer, Backward, Bounds, Crossing, Cylinder, Disc, Gaussian, Heading, Journey, Leg, Map,
+    MapError, PlaceId, Presence, Question, Reach, Relations, There, crossing,
 };
 use crate::controller::{Estimator, Stretch};
 use heapless::Vec;
@@ -24,52 +24,6 @@ use heapless::Vec;
 const MOTIONS: usize = 10;
 /// The same, while a question is being answered.
 const FEW: usize = 2;
-
-/// A question, or what is told.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Question {
-    /// This is a place of that name, with a meadow of that radius, m. If it is known, the base is back in it.
-    Mark(Name, Option<f64>),
-    /// That landmark is in sight.
-    Sight(Name, Option<Sighting>),
-    /// Where may the base be?
-    Where,
-    /// Do the straight ways from the first place to the second and from the third to the fourth cross?
-    Crosses([PlaceId; 4]),
-}
-
-/// What there is to say.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Answer {
-    /// The place is new, or its meadow is.
-    Marked(PlaceId),
-    /// The base is in this place; so many circles have shrunk.
-    Confirmed(PlaceId, usize),
-    /// The landmark is a new one of this place.
-    Added(PlaceId),
-    /// So many places fit, which is more than one.
-    Unsure(usize),
-    /// What [`Atlas::there`] needs.
-    Here(Presence),
-    /// Whether they do.
-    Crosses(Crossing),
-}
-
-/// Where the base was when it was asked.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Presence {
-    /// As seen from the start of the journey; `None` if it is anywhere.
-    known: Option<(Cylinder, Gaussian)>,
-}
-
-/// Whether the base is at some place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct There {
-    /// False only if it is impossible.
-    pub is_plausible: bool,
-    /// How probable it is. `None` if nothing is known of the way there.
-    pub probability: Option<f32>,
-}
 
 /// Where an answer stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
