@@ -5,7 +5,7 @@ use super::{Cylinder, Disc, GRAIN, Heading, Leg, Motion, ROUNDING};
 use core::f64::consts::{FRAC_PI_3, PI};
 use heapless::Vec;
 
-/// How wrong odometry may be. Of a turn in place the heading, and of a run the heading and the length; [B]'s example is ±5° and ±(5 + 0.05 d) cm.
+/// How wrong odometry may be. Of a turn in place the heading, and of a run the heading and the length; \[B\]'s example is ±5° and ±(5 + 0.05 d) cm.
 ///
 /// A motion is a turn and the run after it, straight or curved: what it has turned is wrong by `turn` + `turn_per_metre` · d at most, at any point of its way,
 /// and what it has run by `distance` + `distance_share` · d in all.
