@@ -210,11 +210,25 @@ fn every_command_is_answered_alike() {
 2.9   CorrectPos 0.1 0 0 1 0 0 0 1 0 0 0 1
 3.0   GetEstPos
 3.1   Stop
+3.12  Mark a 0.5
+3.14  Sight lamp 0 2 3
+3.16  AmIThere a
+3.18  AmIThere nowhere
 3.2   m 0.2
 4.5   t -30
 6.5   GetEstPos
 6.6   Stream 0
 6.8   GetStatus
+6.82  Mark b
+6.84  Crosses a b b a
+6.9   Route a b 0.5
+6.92  Freeway a b 1
+6.94  Route a b 0.5
+7.0   Sight lamp
+7.1   Label b c*d
+7.12  Mark a
+7.2   GetMap
+7.3   ForgetMap
 ";
     agree("commands", &Script::parse(script, "commands").unwrap());
 }
