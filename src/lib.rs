@@ -85,4 +85,5 @@ pub mod math;
 pub mod params;
 pub mod supervisor;
 pub mod time;
+pub mod trajectory;
 pub mod vehicle;

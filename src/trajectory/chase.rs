@@ -1,0 +1,187 @@
+//! Heads to a posture that moves ("their current target is replaced with this newest target", [C §7]).
+
+use super::follower::{Order, Progress, rests};
+use super::frame::{offset, turn_to};
+use super::{KinematicLimits, Posture, Vertex};
+use crate::controller::{AxisCommand, Pose};
+use crate::math::{larger, sin_cos, smaller, sqrt};
+
+/// The target's velocity is smoothed over so long, s.
+const SMOOTHING: f32 = 0.2;
+/// A target that was not replaced for longer than this has jumped, not moved, s: the slowest updates come once a second.
+const LOST: f32 = 1.5;
+/// Nearer than this a goal has no direction, m.
+const THERE: f32 = 0.02;
+/// A turn or a way that differs from the one under way by less than this needs no command, rad and m.
+const LEAST: f32 = 1.7e-3;
+
+/// Chases one target after the other. Pure, as the [`Follower`](super::Follower) is.
+///
+/// A trapezoid that lands on the target would stay behind one that moves, as it brakes to rest there. So the goal lies as far ahead of the target as braking
+/// from the target's own velocity u takes:
+///
+/// ```text
+///     goal = target + u |u|/(2 a_s)
+/// ```
+///
+/// Moving along with the target then is a steady state, and when no more targets come the base comes to rest at the goal by itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Chase {
+    target: Option<Posture>,
+    /// u, m/s.
+    velocity: [f32; 2],
+    /// Where the commands go from their starts, m and rad.
+    moving: f32,
+    turning: f32,
+    /// The speed of the last move, m/s.
+    speed: f32,
+    /// The rotation had the last order.
+    turned: bool,
+}
+
+impl Chase {
+    /// Replaces the target; `interval` is the time since the last one, s. What is not finite replaces nothing.
+    pub fn replace(&mut self, target: Posture, interval: f32, limits: &KinematicLimits) {
+        let step = self.target.map_or([0.0; 2], |before| {
+            [(target.x - before.x) as f32, (target.y - before.y) as f32]
+        });
+        let [dx, dy] = step;
+        if !(target.x.is_finite() && target.y.is_finite() && (dx + dy).is_finite()) {
+            return;
+        }
+        self.target = Some(target);
+        if !(interval > 0.0 && interval < LOST) {
+            self.velocity = [0.0; 2];
+            return;
+        }
+        let share = interval / (interval + SMOOTHING);
+        for (velocity, step) in self.velocity.iter_mut().zip(step) {
+            *velocity += share * (step / interval - *velocity);
+        }
+        // Nobody keeps up with more than the vehicle's own speed.
+        let [u, v] = self.velocity;
+        let fastest = sqrt(u * u + v * v);
+        let limit = limits.straight_speed();
+        if fastest > limit {
+            self.velocity = [u * limit / fastest, v * limit / fastest];
+        }
+    }
+
+    /// The point that the base heads to; none before there is a target.
+    #[must_use]
+    pub fn goal(&self, limits: &KinematicLimits) -> Option<Vertex> {
+        let target = self.target?;
+        let [u, v] = self.velocity;
+        let ahead = sqrt(u * u + v * v) / (2.0 * limits.acceleration);
+        Some(Vertex {
+            x: target.x + f64::from(u * ahead),
+            y: target.y + f64::from(v * ahead),
+        })
+    }
+
+    /// What to command next, if anything: of a turn and a move that are both due, one after the other.
+    pub fn update(&mut self, progress: &Progress, limits: &KinematicLimits) -> Option<Order> {
+        let goal = self.goal(limits)?;
+        let speed = self
+            .target
+            .and_then(|target| target.speed)
+            .unwrap_or(limits.speed);
+        let (bearing, distance) = bearing(&progress.pose, &goal);
+        let turn = self.turn(progress, bearing, distance);
+        let ahead = distance * sin_cos(bearing).1;
+        // What lies aside or behind is turned to first: then the way there is short.
+        let share = larger(sin_cos(bearing).1, 0.0);
+        let wanted = share * smaller(speed, limits.straight_speed());
+        let due_turn = turn.and_then(|turn| self.due_turn(progress, turn, limits));
+        let due_move = self.due_move(progress, ahead, wanted, limits);
+        let order = if self.turned {
+            due_move.or(due_turn)
+        } else {
+            due_turn.or(due_move)
+        }?;
+        match order {
+            Order::Turn(command) => {
+                self.turning = command.distance;
+                self.turned = true;
+            }
+            Order::Move(command) => {
+                self.moving = command.distance;
+                self.speed = command.speed;
+                self.turned = false;
+            }
+        }
+        Some(order)
+    }
+
+    /// The turn that is left: to the goal, or there to the target's heading.
+    fn turn(&self, progress: &Progress, bearing: f32, distance: f32) -> Option<f32> {
+        if distance > THERE {
+            return Some(bearing);
+        }
+        let heading = self.target?.heading?;
+        rests(&progress.translation).then(|| turn_to(&progress.pose, heading))
+    }
+
+    fn due_turn(
+        &self,
+        progress: &Progress,
+        turn: f32,
+        limits: &KinematicLimits,
+    ) -> Option<Order> {
+        let axis = &progress.rotation;
+        let under_way = if rests(axis) {
+            axis.error
+        } else {
+            self.turning - axis.displacement.get()
+        };
+        let translation = progress.translation.reference_speed.abs();
+        let speed = limits.turn_speed_at(translation);
+        let acceleration = if limits.turns_in_place {
+            limits.turn_acceleration
+        } else {
+            limits.turn_acceleration_at(translation)
+        };
+        let due = (turn - under_way).abs() > LEAST && speed > 0.0 && acceleration > 0.0;
+        due.then_some(Order::Turn(AxisCommand {
+            distance: turn,
+            speed,
+            acceleration,
+        }))
+    }
+
+    fn due_move(
+        &self,
+        progress: &Progress,
+        ahead: f32,
+        speed: f32,
+        limits: &KinematicLimits,
+    ) -> Option<Order> {
+        let axis = &progress.translation;
+        let rests = rests(axis);
+        let under_way = if rests {
+            axis.error
+        } else {
+            self.moving - axis.displacement.get()
+        };
+        // Speeds within a tenth are the same: the bearing is never quite the same.
+        let same = (speed - self.speed).abs() < 0.1 * limits.speed;
+        let away = (ahead - under_way).abs();
+        let due = if rests {
+            speed > 0.0 && ahead > THERE && away > LEAST
+        } else {
+            !same || away > LEAST
+        };
+        due.then_some(Order::Move(AxisCommand {
+            distance: ahead,
+            speed,
+            acceleration: limits.acceleration,
+        }))
+    }
+}
+
+/// The turn to a point, rad, and its distance, m.
+fn bearing(pose: &Pose, goal: &Vertex) -> (f32, f32) {
+    let (dx, dy) = offset(pose, goal, 0.0);
+    let distance = sqrt(dx * dx + dy * dy);
+    (turn_to(pose, libm::atan2f(dy, dx)), distance)
+}

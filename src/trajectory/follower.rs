@@ -1,0 +1,361 @@
+//! Where the base is on its path, to what it is to be commanded next.
+
+use super::frame::{offset, turn_to};
+use super::path::{Leg, Passage, Path};
+use super::{Corner, KinematicLimits};
+use crate::controller::{AxisCommand, AxisSnapshot, Pose, State};
+use crate::math::{larger, limit, smaller};
+
+/// What the follower looks at. A command that it has given must be in it, and a tick must have passed since: wait until
+/// [`Interface::is_idle`](crate::controller::Interface::is_idle).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// The estimate.
+    pub pose: Pose,
+    /// The translation, m.
+    pub translation: AxisSnapshot,
+    /// The rotation, rad.
+    pub rotation: AxisSnapshot,
+    /// Time since the last update, s: what is due by half of it is done now.
+    pub interval: f32,
+}
+
+/// A command to give.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Order {
+    /// To the translation.
+    Move(AxisCommand),
+    /// To the rotation.
+    Turn(AxisCommand),
+}
+
+/// What has happened on a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum PathEvent {
+    /// This posture, counted from 0, is behind the vehicle.
+    Posture(usize),
+    /// So is the last one: the vehicle stands there.
+    Done(usize),
+}
+
+/// What the follower is about.
+///
+/// ```text
+///     Aim ──▶ Leg ──▶ Corner          rounded: on to the next leg
+///      ▲       ▲  │      │
+///      │       └──│──────┘
+///      │          ▼
+///      └────── Station ──▶ Done       a stop, with or without a heading
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Turns on the spot to the leg's heading.
+    Aim,
+    /// Drives the straight part of a leg.
+    Leg,
+    /// Drives a corner; the rotation's reference is on its way.
+    Corner,
+    /// Stands at the end of a leg, and turns to its heading.
+    Station,
+    Done,
+}
+
+/// A heading error below this is none, rad (0.06°).
+const AIMED: f32 = 1e-3;
+/// A way left below this is none, m.
+const ARRIVED: f32 = 1e-3;
+/// On a leg, turns smaller than this are left undone, rad (0.1°): the lateral error that asks for one is below a millimetre.
+const LEAST_TURN: f32 = 1.7e-3;
+/// A lateral error is taken out over the way of so many seconds …
+const REGAIN_TIME: f32 = 1.0;
+/// … but no less than this, m: what the vehicle is late by must be short against it.
+const REGAIN_LENGTH: f32 = 0.3;
+/// The steepest angle at which the leg is regained, rad (20°).
+const STEEPEST_REGAIN: f32 = 0.35;
+/// Of the limits of turning, a correction on a leg takes this much.
+const GENTLE: f32 = 0.5;
+/// A corner of less than this is left to what corrects the heading on a leg, rad (0.2°).
+const STRAIGHT: f32 = 3.5e-3;
+/// The sine of the shallowest corner (15°) at which the turn's start can set the lateral error right that it ends with.
+const SHALLOW: f32 = 0.26;
+
+/// Follows one path. Pure: what is known goes in, an order and an event come out.
+///
+/// A correction of the estimate moves the path under the vehicle; nothing of it reaches the axes but by the next command, which starts from their present
+/// reference speeds: nothing steps, and accelerations stay within the limits. On a leg a lateral error e asks for the heading θ_leg − atan(e/ℓ) and goes
+/// down as exp(−S/ℓ). A corner turns from the heading that the vehicle has, and starts where that turn ends on the next leg.
+#[derive(Clone, Debug)]
+pub struct Follower<const N: usize> {
+    path: Path<N>,
+    leg: usize,
+    phase: Phase,
+    /// The translation's command since the last stop.
+    moving: Option<AxisCommand>,
+    /// The vehicle has begun to slow down for the corner at the end of this leg.
+    slowing: bool,
+    /// Where the rotation's command goes from its start, rad.
+    turning: f32,
+}
+
+impl<const N: usize> Follower<N> {
+    /// At the start of a path, where the vehicle stands.
+    #[must_use]
+    pub fn new(path: Path<N>) -> Self {
+        let phase = if path.legs().is_empty() {
+            Phase::Done
+        } else {
+            Phase::Aim
+        };
+        Self {
+            path,
+            leg: 0,
+            phase,
+            moving: None,
+            slowing: false,
+            turning: 0.0,
+        }
+    }
+
+    /// The path.
+    #[must_use]
+    pub fn path(&self) -> &Path<N> {
+        &self.path
+    }
+
+    /// True once the last posture is reached.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.phase == Phase::Done
+    }
+
+    /// What to command next, if anything, and what has happened.
+    pub fn update(&mut self, progress: &Progress) -> (Option<Order>, Option<PathEvent>) {
+        let Some(leg) = self.path.legs().get(self.leg).copied() else {
+            return (None, None);
+        };
+        match self.phase {
+            Phase::Done => (None, None),
+            Phase::Aim => (self.aim(progress, &leg), None),
+            Phase::Leg => (self.drive(progress, &leg), None),
+            Phase::Corner => self.round(progress),
+            Phase::Station => self.stand(progress, &leg),
+        }
+    }
+
+    /// On the spot; a vehicle that cannot has a path that needs none.
+    fn aim(&mut self, progress: &Progress, leg: &Leg) -> Option<Order> {
+        if let Some(wait) = self.face(progress, leg.heading) {
+            return wait;
+        }
+        self.set_out();
+        self.drive(progress, leg)
+    }
+
+    /// None once the vehicle faces a heading; the order until then, if one is due.
+    #[allow(
+        clippy::option_option,
+        reason = "there is an order, or one to wait for, or nothing to do"
+    )]
+    fn face(&mut self, progress: &Progress, heading: f32) -> Option<Option<Order>> {
+        let limits = *self.path.limits();
+        if !limits.turns_in_place {
+            return None;
+        }
+        if !rests(&progress.rotation) {
+            return Some(None);
+        }
+        // What the axis is about to take out by itself needs no command.
+        let turn = turn_to(&progress.pose, heading);
+        ((turn - progress.rotation.error).abs() > AIMED)
+            .then(|| Some(self.turn(turn, limits.turn_speed, limits.turn_acceleration)))
+    }
+
+    fn turn(&mut self, distance: f32, speed: f32, acceleration: f32) -> Order {
+        self.turning = distance;
+        Order::Turn(AxisCommand {
+            distance,
+            speed,
+            acceleration,
+        })
+    }
+
+    fn set_out(&mut self) {
+        self.phase = Phase::Leg;
+        self.moving = None;
+        self.slowing = false;
+    }
+
+    fn drive(&mut self, progress: &Progress, leg: &Leg) -> Option<Order> {
+        let (ahead, aside) = offset(&progress.pose, &leg.to, leg.heading);
+        match leg.end {
+            Passage::Rounded(corner) => self.drive_to_corner(progress, leg, &corner, ahead, aside),
+            Passage::Stop(_) => {
+                if self.moving.is_some()
+                    && rests(&progress.translation)
+                    && (ahead - progress.translation.error).abs() < ARRIVED
+                {
+                    self.phase = Phase::Station;
+                    return None;
+                }
+                self.go(&progress.translation, ahead, leg.speed)
+                    .or_else(|| self.steer(progress, leg, aside, ahead))
+            }
+        }
+    }
+
+    fn drive_to_corner(
+        &mut self,
+        progress: &Progress,
+        leg: &Leg,
+        corner: &Corner,
+        ahead: f32,
+        aside: f32,
+    ) -> Option<Order> {
+        let speed = progress.translation.reference_speed;
+        let next = self
+            .path
+            .legs()
+            .get(self.leg + 1)
+            .map_or(leg.heading, |next| next.heading);
+        let turn = turn_to(&progress.pose, next);
+        let left = to_turn(progress, leg, corner, (turn, ahead, next));
+        let cycle = speed.abs() * progress.interval;
+        if left <= 0.5 * cycle {
+            self.phase = Phase::Corner;
+            return (corner.angle.abs() > STRAIGHT)
+                .then(|| self.turn(turn, corner.turn_speed, corner.turn_acceleration));
+        }
+        // Two updates are left to be at the corner's speed.
+        let braking = 0.5 * (speed * speed - corner.speed * corner.speed)
+            / self.path.limits().acceleration
+            + 2.0 * cycle;
+        self.slowing |= left <= braking;
+        let wanted = if self.slowing {
+            corner.speed
+        } else {
+            leg.speed
+        };
+        let rest = left + self.path.beyond(self.leg);
+        self.go(&progress.translation, rest, wanted)
+            .or_else(|| self.steer(progress, leg, aside, left))
+    }
+
+    /// The move to the next stop, unless it is under way.
+    fn go(&mut self, axis: &AxisSnapshot, rest: f32, speed: f32) -> Option<Order> {
+        if let Some(moving) = self.moving
+            && moving.speed == speed
+        {
+            let under_way = if rests(axis) {
+                axis.error
+            } else {
+                moving.distance - axis.displacement.get()
+            };
+            if (under_way - rest).abs() < ARRIVED {
+                return None;
+            }
+        }
+        let command = AxisCommand {
+            distance: rest,
+            speed,
+            acceleration: self.path.limits().acceleration,
+        };
+        self.moving = Some(command);
+        Some(Order::Move(command))
+    }
+
+    /// A turn that regains the leg, if one is due: the leg lies so far to the left, and so much of it is left.
+    fn steer(&mut self, progress: &Progress, leg: &Leg, aside: f32, left: f32) -> Option<Order> {
+        let limits = self.path.limits();
+        let speed = progress.translation.reference_speed.abs();
+        let length = larger(speed * REGAIN_TIME, REGAIN_LENGTH);
+        // There is no way to regain it in what is left at the end: only the heading counts there.
+        let slope = if left > 0.5 * length {
+            limit(aside / length, STEEPEST_REGAIN)
+        } else {
+            0.0
+        };
+        let turn = turn_to(&progress.pose, leg.heading + slope);
+        let under_way = if rests(&progress.rotation) {
+            progress.rotation.error
+        } else {
+            self.turning - progress.rotation.displacement.get()
+        };
+        if (turn - under_way).abs() < LEAST_TURN {
+            return None;
+        }
+        let turn_speed = gentle_turn_speed(limits, speed);
+        let acceleration = GENTLE * limits.turn_acceleration_at(speed);
+        (turn_speed > 0.0 && acceleration > 0.0).then(|| self.turn(turn, turn_speed, acceleration))
+    }
+
+    /// Until the rotation's reference has landed.
+    fn round(&mut self, progress: &Progress) -> (Option<Order>, Option<PathEvent>) {
+        if !rests(&progress.rotation) {
+            return (None, None);
+        }
+        let passed = PathEvent::Posture(self.leg);
+        self.leg += 1;
+        self.phase = Phase::Leg;
+        self.slowing = false;
+        let next = self.path.legs().get(self.leg).copied();
+        let order = next.and_then(|leg| self.drive(progress, &leg));
+        (order, Some(passed))
+    }
+
+    fn stand(&mut self, progress: &Progress, leg: &Leg) -> (Option<Order>, Option<PathEvent>) {
+        let heading = match leg.end {
+            Passage::Stop(heading) => heading,
+            Passage::Rounded(_) => None,
+        };
+        if let Some(wait) = heading.and_then(|heading| self.face(progress, heading)) {
+            return (wait, None);
+        }
+        if !rests(&progress.rotation) {
+            return (None, None);
+        }
+        let passed = self.leg;
+        if passed + 1 < self.path.legs().len() {
+            self.leg += 1;
+            self.phase = Phase::Aim;
+            (None, Some(PathEvent::Posture(passed)))
+        } else {
+            self.phase = Phase::Done;
+            (None, Some(PathEvent::Done(passed)))
+        }
+    }
+}
+
+/// How far it is to the start of the turn to the next leg, m.
+fn to_turn(
+    progress: &Progress,
+    leg: &Leg,
+    corner: &Corner,
+    (turn, ahead, next): (f32, f32, f32),
+) -> f32 {
+    let (_, aside) = offset(&progress.pose, &leg.to, next);
+    let sin = crate::math::sin_cos(turn).0;
+    // Along the present heading to the next leg's line; but two lines that are all but one have no such point.
+    let to_corner = if sin.abs() > SHALLOW {
+        -aside / sin
+    } else {
+        ahead
+    };
+    let driven = Corner::at(
+        turn,
+        corner.speed,
+        corner.turn_speed,
+        corner.turn_acceleration,
+    );
+    to_corner - driven.lead
+}
+
+fn gentle_turn_speed(limits: &KinematicLimits, speed: f32) -> f32 {
+    smaller(GENTLE * limits.turn_speed, limits.turn_speed_at(speed))
+}
+
+/// True if the reference stands.
+pub(super) fn rests(axis: &AxisSnapshot) -> bool {
+    axis.state == State::Hold && axis.reference_speed == 0.0
+}
