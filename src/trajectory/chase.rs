@@ -122,12 +122,7 @@ impl Chase {
         rests(&progress.translation).then(|| turn_to(&progress.pose, heading))
     }
 
-    fn due_turn(
-        &self,
-        progress: &Progress,
-        turn: f32,
-        limits: &KinematicLimits,
-    ) -> Option<Order> {
+    fn due_turn(&self, progress: &Progress, turn: f32, limits: &KinematicLimits) -> Option<Order> {
         let axis = &progress.rotation;
         let under_way = if rests(axis) {
             axis.error
@@ -143,7 +138,7 @@ impl Chase {
         };
         let due = (turn - under_way).abs() > LEAST && speed > 0.0 && acceleration > 0.0;
         due.then_some(Order::Turn(AxisCommand {
-            distance: turn,
+            distance: turn - progress.turns(),
             speed,
             acceleration,
         }))
@@ -172,7 +167,7 @@ impl Chase {
             !same || away > LEAST
         };
         due.then_some(Order::Move(AxisCommand {
-            distance: ahead,
+            distance: ahead - progress.moves(),
             speed,
             acceleration: limits.acceleration,
         }))

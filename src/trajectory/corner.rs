@@ -196,10 +196,7 @@ const SINES: [f32; 6] = [
 /// By series: the first terms left out are 2e-8 and 2e-9. A quadrature as good would take six sines and cosines.
 fn fresnel(x: f32) -> (f32, f32) {
     let square = x * x;
-    (
-        polynomial(square, &COSINES),
-        x * polynomial(square, &SINES),
-    )
+    (polynomial(square, &COSINES), x * polynomial(square, &SINES))
 }
 
 /// Horner's scheme. One loop for both, of a length that nobody unrolls.

@@ -4,7 +4,8 @@ use super::frame::{offset, turn_to};
 use super::path::{Leg, Passage, Path};
 use super::{Corner, KinematicLimits};
 use crate::controller::{AxisCommand, AxisSnapshot, Pose, State};
-use crate::math::{larger, limit, smaller};
+use crate::math::{larger, limit, sin_cos, smaller};
+use core::ops::ControlFlow;
 
 /// What the follower looks at. A command that it has given must be in it, and a tick must have passed since: wait until
 /// [`Interface::is_idle`](crate::controller::Interface::is_idle).
@@ -18,6 +19,20 @@ pub struct Progress {
     pub rotation: AxisSnapshot,
     /// Time since the last update, s: what is due by half of it is done now.
     pub interval: f32,
+    /// Time from the estimate to where an order takes effect, s: the next tick.
+    pub delay: f32,
+}
+
+impl Progress {
+    /// What the translation goes on by until an order takes effect, m.
+    pub(super) fn moves(&self) -> f32 {
+        self.translation.reference_speed * self.delay
+    }
+
+    /// What the rotation goes on by, rad.
+    pub(super) fn turns(&self) -> f32 {
+        self.rotation.reference_speed * self.delay
+    }
 }
 
 /// A command to give.
@@ -146,30 +161,29 @@ impl<const N: usize> Follower<N> {
 
     /// On the spot; a vehicle that cannot has a path that needs none.
     fn aim(&mut self, progress: &Progress, leg: &Leg) -> Option<Order> {
-        if let Some(wait) = self.face(progress, leg.heading) {
-            return wait;
+        if let ControlFlow::Break(order) = self.face(progress, leg.heading) {
+            return order;
         }
         self.set_out();
         self.drive(progress, leg)
     }
 
-    /// None once the vehicle faces a heading; the order until then, if one is due.
-    #[allow(
-        clippy::option_option,
-        reason = "there is an order, or one to wait for, or nothing to do"
-    )]
-    fn face(&mut self, progress: &Progress, heading: f32) -> Option<Option<Order>> {
+    /// Goes on once the vehicle faces a heading; until then there is nothing else to do than an order that may be due.
+    fn face(&mut self, progress: &Progress, heading: f32) -> ControlFlow<Option<Order>> {
         let limits = *self.path.limits();
         if !limits.turns_in_place {
-            return None;
+            return ControlFlow::Continue(());
         }
         if !rests(&progress.rotation) {
-            return Some(None);
+            return ControlFlow::Break(None);
         }
         // What the axis is about to take out by itself needs no command.
         let turn = turn_to(&progress.pose, heading);
-        ((turn - progress.rotation.error).abs() > AIMED)
-            .then(|| Some(self.turn(turn, limits.turn_speed, limits.turn_acceleration)))
+        if (turn - progress.rotation.error).abs() <= AIMED {
+            return ControlFlow::Continue(());
+        }
+        let order = self.turn(turn, limits.turn_speed, limits.turn_acceleration);
+        ControlFlow::Break(Some(order))
     }
 
     fn turn(&mut self, distance: f32, speed: f32, acceleration: f32) -> Order {
@@ -199,7 +213,7 @@ impl<const N: usize> Follower<N> {
                     self.phase = Phase::Station;
                     return None;
                 }
-                self.go(&progress.translation, ahead, leg.speed)
+                self.go(progress, ahead, leg.speed)
                     .or_else(|| self.steer(progress, leg, aside, ahead))
             }
         }
@@ -219,11 +233,14 @@ impl<const N: usize> Follower<N> {
             .legs()
             .get(self.leg + 1)
             .map_or(leg.heading, |next| next.heading);
-        let turn = turn_to(&progress.pose, next);
-        let left = to_turn(progress, leg, corner, (turn, ahead, next));
+        // As the corner turns, and what the heading is off: not the other way round, where it is a hairpin.
+        let turn = corner.angle + turn_to(&progress.pose, next - corner.angle);
+        let to_corner = to_line(progress, leg, (turn, ahead, next)) - progress.moves();
+        let left = to_corner - lead(corner, turn, speed.abs());
         let cycle = speed.abs() * progress.interval;
         if left <= 0.5 * cycle {
             self.phase = Phase::Corner;
+            let turn = turn - progress.turns();
             return (corner.angle.abs() > STRAIGHT)
                 .then(|| self.turn(turn, corner.turn_speed, corner.turn_acceleration));
         }
@@ -237,13 +254,14 @@ impl<const N: usize> Follower<N> {
         } else {
             leg.speed
         };
-        let rest = left + self.path.beyond(self.leg);
-        self.go(&progress.translation, rest, wanted)
+        let rest = to_corner - corner.lead + progress.moves() + self.path.beyond(self.leg);
+        self.go(progress, rest, wanted)
             .or_else(|| self.steer(progress, leg, aside, left))
     }
 
     /// The move to the next stop, unless it is under way.
-    fn go(&mut self, axis: &AxisSnapshot, rest: f32, speed: f32) -> Option<Order> {
+    fn go(&mut self, progress: &Progress, rest: f32, speed: f32) -> Option<Order> {
+        let axis = &progress.translation;
         if let Some(moving) = self.moving
             && moving.speed == speed
         {
@@ -257,7 +275,7 @@ impl<const N: usize> Follower<N> {
             }
         }
         let command = AxisCommand {
-            distance: rest,
+            distance: rest - progress.moves(),
             speed,
             acceleration: self.path.limits().acceleration,
         };
@@ -287,7 +305,10 @@ impl<const N: usize> Follower<N> {
         }
         let turn_speed = gentle_turn_speed(limits, speed);
         let acceleration = GENTLE * limits.turn_acceleration_at(speed);
-        (turn_speed > 0.0 && acceleration > 0.0).then(|| self.turn(turn, turn_speed, acceleration))
+        (turn_speed > 0.0 && acceleration > 0.0).then(|| {
+            let distance = turn - progress.turns();
+            self.turn(distance, turn_speed, acceleration)
+        })
     }
 
     /// Until the rotation's reference has landed.
@@ -309,8 +330,10 @@ impl<const N: usize> Follower<N> {
             Passage::Stop(heading) => heading,
             Passage::Rounded(_) => None,
         };
-        if let Some(wait) = heading.and_then(|heading| self.face(progress, heading)) {
-            return (wait, None);
+        if let Some(heading) = heading
+            && let ControlFlow::Break(order) = self.face(progress, heading)
+        {
+            return (order, None);
         }
         if !rests(&progress.rotation) {
             return (None, None);
@@ -327,28 +350,23 @@ impl<const N: usize> Follower<N> {
     }
 }
 
-/// How far it is to the start of the turn to the next leg, m.
-fn to_turn(
-    progress: &Progress,
-    leg: &Leg,
-    corner: &Corner,
-    (turn, ahead, next): (f32, f32, f32),
-) -> f32 {
+/// How far it is along the present heading to the next leg's line, m. Two lines that are all but one have no such point: then to the corner.
+fn to_line(progress: &Progress, leg: &Leg, (turn, ahead, next): (f32, f32, f32)) -> f32 {
     let (_, aside) = offset(&progress.pose, &leg.to, next);
-    let sin = crate::math::sin_cos(turn).0;
-    // Along the present heading to the next leg's line; but two lines that are all but one have no such point.
-    let to_corner = if sin.abs() > SHALLOW {
+    let sin = sin_cos(turn).0;
+    if sin.abs() > SHALLOW {
         -aside / sin
     } else {
         ahead
-    };
-    let driven = Corner::at(
-        turn,
-        corner.speed,
-        corner.turn_speed,
-        corner.turn_acceleration,
-    );
-    to_corner - driven.lead
+    }
+}
+
+/// T of a corner as it would be driven now: by another angle, and where the wheels do not give the corner's speed, by what they give.
+fn lead(corner: &Corner, turn: f32, speed: f32) -> f32 {
+    let share = smaller(speed / corner.speed, 1.0);
+    let turn_speed = share * corner.turn_speed;
+    let speed = share * corner.speed;
+    Corner::at(turn, speed, turn_speed, corner.turn_acceleration).lead
 }
 
 fn gentle_turn_speed(limits: &KinematicLimits, speed: f32) -> f32 {

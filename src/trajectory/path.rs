@@ -187,7 +187,11 @@ impl<const N: usize> Path<N> {
             let starts = self.corner_before(n).is_none();
             let ends = n + 1 == last || behind.end != Passage::Stop(None);
             let room = |leg: &Leg, at_rest: bool| Room {
-                length: if at_rest { leg.length } else { 0.5 * leg.length },
+                length: if at_rest {
+                    leg.length
+                } else {
+                    0.5 * leg.length
+                },
                 at_rest,
             };
             let angle = wrap(f64::from(behind.heading) - f64::from(before.heading)) as f32;
