@@ -244,11 +244,12 @@ impl<const N: usize> Follower<N> {
             return (corner.angle.abs() > STRAIGHT)
                 .then(|| self.turn(turn, corner.turn_speed, corner.turn_acceleration));
         }
-        // Two updates are left to be at the corner's speed.
-        let braking = 0.5 * (speed * speed - corner.speed * corner.speed)
-            / self.path.limits().acceleration
-            + 2.0 * cycle;
-        self.slowing |= left <= braking;
+        // By the next update the vehicle may be this fast; then two more are left to be at the corner's speed.
+        let acceleration = self.path.limits().acceleration;
+        let soon = speed.abs() + acceleration * progress.interval;
+        let braking = 0.5 * (soon * soon - corner.speed * corner.speed) / acceleration
+            + 2.0 * soon * progress.interval;
+        self.slowing |= to_corner - corner.lead <= braking;
         let wanted = if self.slowing {
             corner.speed
         } else {
@@ -314,7 +315,7 @@ impl<const N: usize> Follower<N> {
     /// Until the rotation's reference has landed.
     fn round(&mut self, progress: &Progress) -> (Option<Order>, Option<PathEvent>) {
         if !rests(&progress.rotation) {
-            return (None, None);
+            return (self.keep_speed(progress), None);
         }
         let passed = PathEvent::Posture(self.leg);
         self.leg += 1;
@@ -323,6 +324,16 @@ impl<const N: usize> Follower<N> {
         let next = self.path.legs().get(self.leg).copied();
         let order = next.and_then(|leg| self.drive(progress, &leg));
         (order, Some(passed))
+    }
+
+    /// A turn that was due before the corner's speed was commanded came first: an update has one order.
+    fn keep_speed(&mut self, progress: &Progress) -> Option<Order> {
+        let moving = self.moving?;
+        let Passage::Rounded(corner) = self.path.legs().get(self.leg)?.end else {
+            return None;
+        };
+        let rest = moving.distance - progress.translation.displacement.get();
+        self.go(progress, rest, corner.speed)
     }
 
     fn stand(&mut self, progress: &Progress, leg: &Leg) -> (Option<Order>, Option<PathEvent>) {
