@@ -39,7 +39,7 @@ impl Room {
     /// A margin on a_s, so that v_s is reached before the turn starts, not with it.
     pub(super) const RUN_UP: f32 = 0.9;
 
-    fn holds(&self, corner: &Corner, limits: &KinematicLimits) -> bool {
+    fn holds(self, corner: &Corner, limits: &KinematicLimits) -> bool {
         let run = if self.at_rest {
             0.5 * corner.speed * corner.speed / (Self::RUN_UP * limits.acceleration)
         } else {
