@@ -89,6 +89,8 @@ const REGAIN_TIME: f32 = 1.0;
 const REGAIN_LENGTH: f32 = 0.3;
 /// The steepest angle at which the leg is regained, rad (20°).
 const STEEPEST_REGAIN: f32 = 0.35;
+/// So long before a corner's turn no other one is begun, s.
+const UNSTEERED_TIME: f32 = 0.2;
 /// Of the limits of turning, a correction on a leg takes this much.
 const GENTLE: f32 = 0.5;
 /// A corner of less than this is left to what corrects the heading on a leg, rad (0.2°).
@@ -256,8 +258,13 @@ impl<const N: usize> Follower<N> {
             leg.speed
         };
         let rest = to_corner - corner.lead + progress.moves() + self.path.beyond(self.leg);
-        self.go(progress, rest, wanted)
-            .or_else(|| self.steer(progress, leg, aside, left))
+        let order = self.go(progress, rest, wanted);
+        // A turn that has not ended when the corner's begins would set out from the wrong rate; the corner sets right what it can by itself.
+        if order.is_none() && left > UNSTEERED_TIME * speed.abs() {
+            self.steer(progress, leg, aside, left)
+        } else {
+            order
+        }
     }
 
     /// The move to the next stop, unless it is under way.
