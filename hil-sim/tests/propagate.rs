@@ -166,7 +166,7 @@ fn the_command_takes_logs_and_scripts_and_draws() {
 
 #[test]
 fn a_base_that_stands_or_only_turns_has_numbers_all_the_same() {
-    let desk = Desk::new("0 GetPos\n");
+    let desk = Desk::new("0 GetTime\n");
     desk.put("b.script", "0 t 90\n");
     let told = desk.prints("propagate a.script b.script --particles 200");
     assert!(

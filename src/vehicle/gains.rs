@@ -267,7 +267,7 @@ mod tests {
             let (low, high) = if index < OFFSET {
                 (0.8, 1.25)
             } else {
-                (-0.25, 0.25)
+                (-Calibration::MAX_OFFSET, Calibration::MAX_OFFSET)
             };
             for (value, within) in [
                 (low, true),

@@ -16,7 +16,7 @@ use crate::run::{Outcome, Session, capture};
 
 /// The file and the function that gets it, as its first statement.
 const FILE: &str = "src/interpreter/mod.rs";
-const FUNCTION: &str = "pub fn poll(";
+const FUNCTION: &str = "pub fn poll<";
 /// Nothing the compiler could know to be in range.
 const PANIC: &str = "core::hint::black_box([0_u8; 4][core::hint::black_box(4_usize)]);";
 
