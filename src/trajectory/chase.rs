@@ -5,11 +5,14 @@ use super::frame::{offset, turn_to};
 use super::{KinematicLimits, Posture, Vertex};
 use crate::controller::{AxisCommand, Pose};
 use crate::math::{larger, sin_cos, smaller, sqrt};
+use crate::time::{self, Duration, Instant};
 
 /// The target's velocity is smoothed over so long, s.
 const SMOOTHING: f32 = 0.2;
-/// A target that was not replaced for longer than this has jumped, not moved, s: the slowest updates come once a second.
-const LOST: f32 = 1.5;
+/// Targets that come closer together than this tell nothing of its velocity, s: half of the time between the fastest updates, for they do not come evenly.
+const SHORTEST: f32 = 0.01;
+/// A target is taken to go on as it did for so much longer than the time between the last two.
+const LATENESS: f32 = 1.25;
 /// Nearer than this a goal has no direction, m.
 const THERE: f32 = 0.02;
 /// A turn or a way that differs from the one under way by less than this needs no command, rad and m.
@@ -17,17 +20,24 @@ const LEAST: f32 = 1.7e-3;
 
 /// Chases one target after the other. Pure, as the [`Follower`](super::Follower) is.
 ///
-/// A trapezoid that lands on the target would stay behind one that moves, as it brakes to rest there. So the goal lies as far ahead of the target as braking
-/// from the target's own velocity u takes:
+/// Between two updates the target is taken to go on with its velocity u. A trapezoid that lands on it would stay behind, as it brakes to rest there. So the
+/// goal lies as far ahead of the target as braking from the target's own speed takes:
 ///
 /// ```text
-///     goal = target + u |u|/(2 a_s)
+///     goal = target + u t + u |u|/(2 a_s)
 /// ```
 ///
-/// Moving along with the target then is a steady state, and when no more targets come the base comes to rest at the goal by itself.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Moving along with the target then is a steady state, and when no more targets come the base comes to rest by itself.
+#[derive(Clone, Copy, Debug)]
 pub struct Chase {
     target: Option<Posture>,
+    /// When it came.
+    seen: Instant,
+    /// What its velocity is measured from.
+    mark: Vertex,
+    marked: Instant,
+    /// Time between the last two that were told apart, s.
+    pace: f32,
     /// u, m/s.
     velocity: [f32; 2],
     /// Where the commands go from their starts, m and rad.
@@ -39,21 +49,46 @@ pub struct Chase {
     turned: bool,
 }
 
+impl Default for Chase {
+    fn default() -> Self {
+        Self {
+            target: None,
+            seen: Instant::from_ticks(0),
+            mark: Vertex::default(),
+            marked: Instant::from_ticks(0),
+            pace: 0.0,
+            velocity: [0.0; 2],
+            moving: 0.0,
+            turning: 0.0,
+            speed: 0.0,
+            turned: false,
+        }
+    }
+}
+
 impl Chase {
-    /// Replaces the target; `interval` is the time since the last one, s. What is not finite replaces nothing.
-    pub fn replace(&mut self, target: Posture, interval: f32, limits: &KinematicLimits) {
-        let step = self.target.map_or([0.0; 2], |before| {
-            [(target.x - before.x) as f32, (target.y - before.y) as f32]
-        });
-        let [dx, dy] = step;
-        if !(target.x.is_finite() && target.y.is_finite() && (dx + dy).is_finite()) {
+    /// Replaces the target. What is not finite replaces nothing.
+    pub fn replace(&mut self, target: Posture, now: Instant, limits: &KinematicLimits) {
+        if !(target.x.is_finite() && target.y.is_finite()) {
             return;
         }
+        let is_first = self.target.is_none();
         self.target = Some(target);
-        if !(interval > 0.0 && interval < LOST) {
-            self.velocity = [0.0; 2];
+        self.seen = now;
+        let interval = time::seconds(time::since(now, self.marked));
+        if !is_first && interval < SHORTEST {
             return;
         }
+        let step = [target.x - self.mark.x, target.y - self.mark.y].map(|way| way as f32);
+        self.mark = Vertex {
+            x: target.x,
+            y: target.y,
+        };
+        self.marked = now;
+        if is_first {
+            return;
+        }
+        self.pace = interval;
         let share = interval / (interval + SMOOTHING);
         for (velocity, step) in self.velocity.iter_mut().zip(step) {
             *velocity += share * (step / interval - *velocity);
@@ -62,17 +97,26 @@ impl Chase {
         let [u, v] = self.velocity;
         let fastest = sqrt(u * u + v * v);
         let limit = limits.straight_speed();
-        if fastest > limit {
+        if !fastest.is_finite() {
+            self.velocity = [0.0; 2];
+        } else if fastest > limit {
             self.velocity = [u * limit / fastest, v * limit / fastest];
         }
     }
 
+    /// How old the target is.
+    #[must_use]
+    pub fn age(&self, now: Instant) -> Duration {
+        time::since(now, self.seen)
+    }
+
     /// The point that the base heads to; none before there is a target.
     #[must_use]
-    pub fn goal(&self, limits: &KinematicLimits) -> Option<Vertex> {
+    pub fn goal(&self, now: Instant, limits: &KinematicLimits) -> Option<Vertex> {
         let target = self.target?;
         let [u, v] = self.velocity;
-        let ahead = sqrt(u * u + v * v) / (2.0 * limits.acceleration);
+        let age = smaller(time::seconds(self.age(now)), LATENESS * self.pace);
+        let ahead = age + sqrt(u * u + v * v) / (2.0 * limits.acceleration);
         Some(Vertex {
             x: target.x + f64::from(u * ahead),
             y: target.y + f64::from(v * ahead),
@@ -80,8 +124,13 @@ impl Chase {
     }
 
     /// What to command next, if anything: of a turn and a move that are both due, one after the other.
-    pub fn update(&mut self, progress: &Progress, limits: &KinematicLimits) -> Option<Order> {
-        let goal = self.goal(limits)?;
+    pub fn update(
+        &mut self,
+        progress: &Progress,
+        now: Instant,
+        limits: &KinematicLimits,
+    ) -> Option<Order> {
+        let goal = self.goal(now, limits)?;
         let speed = self
             .target
             .and_then(|target| target.speed)

@@ -31,8 +31,8 @@ pub struct Corner {
 pub struct Room {
     /// From the corner on, m.
     pub length: f32,
-    /// There the vehicle stands, so that it has to come to v_s, or to rest, in what the corner leaves of it.
-    pub at_rest: bool,
+    /// v_s at its other end, m/s, where that is settled: the vehicle has to come to the corner's in what that leaves of it.
+    pub at: Option<f32>,
 }
 
 impl Room {
@@ -40,17 +40,16 @@ impl Room {
     pub(super) const RUN_UP: f32 = 0.9;
 
     fn holds(self, corner: &Corner, limits: &KinematicLimits) -> bool {
-        let run = if self.at_rest {
-            0.5 * corner.speed * corner.speed / (Self::RUN_UP * limits.acceleration)
-        } else {
-            0.0
-        };
+        let run = self.at.map_or(0.0, |speed| {
+            let change = corner.speed * corner.speed - speed * speed;
+            0.5 * change.abs() / (Self::RUN_UP * limits.acceleration)
+        });
         corner.lead + run <= self.length
     }
 }
 
-/// The speed is found to 2⁻ⁿ of the wanted one. Below 1e-4 of it nobody sees a difference.
-const HALVINGS: u32 = 14;
+/// The speed is found to 2⁻ⁿ of the wanted one: nobody sees a difference of less than a hundredth.
+const HALVINGS: u32 = 7;
 
 impl Corner {
     /// A turn by δ within ±π at v_s > 0, with at most v_α > 0 and with a_α > 0, whatever its room.
@@ -115,16 +114,10 @@ impl Corner {
             return None;
         }
         let try_at = |speed: f32| {
-            let turn_speed = limits.turn_speed_at(speed);
-            if turn_speed > 0.0 {
-                let acceleration = limits.turn_acceleration_at(speed);
-                let corner = Self::at(angle, speed, turn_speed, acceleration);
-                let fits = room.iter().all(|room| room.holds(&corner, limits));
-                (fits && corner.miss <= miss).then_some(corner)
-            } else {
-                // Straight on needs no rotation.
-                (angle == 0.0).then(|| Self::at(angle, speed, 0.0, limits.turn_acceleration))
-            }
+            let corner = Self::within(angle, speed, limits);
+            let fits = room.iter().all(|room| room.holds(&corner, limits));
+            // The angle is another one if the limits leave no turn.
+            (fits && corner.miss <= miss && corner.angle == angle).then_some(corner)
         };
         if let Some(corner) = try_at(wanted) {
             return Some(corner);
@@ -141,17 +134,16 @@ impl Corner {
         Some(found)
     }
 
-    /// The same corner at a lower speed: it needs no more room.
+    /// A corner at v_s (m/s) with the turn that the vehicle's limits leave for it; straight on if they leave none.
     #[must_use]
-    pub fn slowed(&self, speed: f32, limits: &KinematicLimits) -> Option<Self> {
-        if speed >= self.speed {
-            return Some(*self);
+    pub fn within(angle: f32, speed: f32, limits: &KinematicLimits) -> Self {
+        let turn_speed = limits.turn_speed_at(speed);
+        if turn_speed > 0.0 {
+            let acceleration = limits.turn_acceleration_at(speed);
+            Self::at(angle, speed, turn_speed, acceleration)
+        } else {
+            Self::at(0.0, speed, 0.0, limits.turn_acceleration)
         }
-        let room = Room {
-            length: self.lead,
-            at_rest: false,
-        };
-        Self::fit(self.angle, speed, [room; 2], self.miss, limits)
     }
 
     /// The turn that drives it.

@@ -2,9 +2,9 @@
 
 use super::frame::{offset, turn_to};
 use super::path::{Leg, Passage, Path};
-use super::{Corner, KinematicLimits};
+use super::{Corner, KinematicLimits, PathError, Posture};
 use crate::controller::{AxisCommand, AxisSnapshot, Pose, State};
-use crate::math::{larger, limit, sin_cos, smaller};
+use crate::math::{larger, limit, sin_cos, smaller, sqrt};
 use core::ops::ControlFlow;
 
 /// What the follower looks at. A command that it has given must be in it, and a tick must have passed since: wait until
@@ -49,10 +49,20 @@ pub enum Order {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PathEvent {
-    /// This posture, counted from 0, is behind the vehicle.
-    Posture(usize),
+    /// This posture, counted from 1, is behind the vehicle.
+    Posture(u32),
     /// So is the last one: the vehicle stands there.
-    Done(usize),
+    Done,
+}
+
+/// How near to a posture the vehicle has to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Tolerance {
+    /// m.
+    pub distance: f32,
+    /// rad.
+    pub heading: f32,
 }
 
 /// What the follower is about.
@@ -62,7 +72,7 @@ pub enum PathEvent {
 ///      ▲       ▲  │      │
 ///      │       └──│──────┘
 ///      │          ▼
-///      └────── Station ──▶ Done       a stop, with or without a heading
+///      └────── Station ──▶ Done       a stop, with or without a heading; too far off: once more
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
@@ -79,6 +89,10 @@ enum Phase {
 
 /// A heading error below this is none, rad (0.06°).
 const AIMED: f32 = 1e-3;
+/// A vehicle that moves and points to its first posture as well as this does not stop to turn, rad (10°).
+const POINTED: f32 = 0.175;
+/// How often it comes once more to a place that it has missed.
+const APPROACHES: u8 = 3;
 /// A way left below this is none, m.
 const ARRIVED: f32 = 1e-3;
 /// On a leg, turns smaller than this are left undone, rad (0.1°): the lateral error that asks for one is below a millimetre.
@@ -106,7 +120,17 @@ const SHALLOW: f32 = 0.26;
 #[derive(Clone, Debug)]
 pub struct Follower<const N: usize> {
     path: Path<N>,
-    leg: usize,
+    tolerance: Tolerance,
+    /// The leg under way. Aside from the path's own only while a place is approached once more.
+    leg: Leg,
+    /// Direction of the one behind it, rad.
+    next: f32,
+    /// From the end of what is straight of it to the next stop, m.
+    beyond: f32,
+    /// So many postures have been passed.
+    passed: u32,
+    /// So often the place may be approached once more.
+    approaches: u8,
     phase: Phase,
     /// The translation's command since the last stop.
     moving: Option<AxisCommand>,
@@ -116,32 +140,123 @@ pub struct Follower<const N: usize> {
     turning: f32,
 }
 
-impl<const N: usize> Follower<N> {
-    /// At the start of a path, where the vehicle stands.
-    #[must_use]
-    pub fn new(path: Path<N>) -> Self {
-        let phase = if path.legs().is_empty() {
-            Phase::Done
-        } else {
-            Phase::Aim
-        };
+impl<const N: usize> Default for Follower<N> {
+    fn default() -> Self {
         Self {
-            path,
-            leg: 0,
-            phase,
+            path: Path::default(),
+            tolerance: Tolerance {
+                distance: 0.0,
+                heading: 0.0,
+            },
+            leg: Leg::default(),
+            next: 0.0,
+            beyond: 0.0,
+            passed: 0,
+            approaches: 0,
+            phase: Phase::Done,
             moving: None,
             slowing: false,
             turning: 0.0,
         }
     }
+}
 
-    /// The path.
+impl<const N: usize> Follower<N> {
+    /// The queue of postures. It is not the follower's to drive until it [starts](Self::start).
     #[must_use]
     pub fn path(&self) -> &Path<N> {
         &self.path
     }
 
-    /// True once the last posture is reached.
+    /// Forgets the postures; whatever is under way has ended.
+    pub fn clear(&mut self) {
+        self.path.clear();
+        self.phase = Phase::Done;
+    }
+
+    /// Ends where it is. The postures that are left stay in the queue.
+    pub fn end(&mut self) {
+        self.phase = Phase::Done;
+    }
+
+    /// Adds a posture behind the last one; of a path under way, too.
+    ///
+    /// # Errors
+    /// [`PathError`] if there is no room, or the vehicle cannot come there. Nothing has changed.
+    pub fn push(&mut self, posture: &Posture, progress: &Progress) -> Result<(), PathError> {
+        self.path.push(posture)?;
+        if self.is_done() {
+            return Ok(());
+        }
+        let (ahead, _) = offset(&progress.pose, &self.leg.to, self.leg.heading);
+        // Two updates until that is seen.
+        let speed = progress.translation.reference_speed.abs();
+        let left = match self.phase {
+            Phase::Leg => ahead - 2.0 * speed * progress.interval,
+            _ if speed == 0.0 => self.leg.length,
+            _ => 0.0,
+        };
+        self.path.join(speed, left)?;
+        if !matches!(self.phase, Phase::Corner) {
+            self.look();
+        }
+        Ok(())
+    }
+
+    /// Plans a path through the postures in the queue and begins to follow it. A vehicle that moves, and does not point to the first one, must have come to
+    /// rest: see [`Self::may_start`].
+    ///
+    /// # Errors
+    /// [`PathError`] if the vehicle cannot come to one of them; an empty queue is out of [range](PathError::Range). Nothing has changed.
+    pub fn start(
+        &mut self,
+        pose: &Pose,
+        miss: f32,
+        tolerance: Tolerance,
+        limits: &KinematicLimits,
+    ) -> Result<(), PathError> {
+        self.path.plan(pose, miss, limits)?;
+        if self.path.is_empty() {
+            return Err(PathError::Range(0));
+        }
+        self.tolerance = tolerance;
+        self.passed = 0;
+        self.phase = Phase::Aim;
+        self.look();
+        Ok(())
+    }
+
+    /// True if the vehicle can start on the path that is planned: it stands, or points to the first posture and can still stop there.
+    #[must_use]
+    pub fn may_start(&self, progress: &Progress) -> bool {
+        let (translation, rotation) = (&progress.translation, &progress.rotation);
+        if !rests(rotation) {
+            return false;
+        }
+        if rests(translation) {
+            return true;
+        }
+        let speed = translation.reference_speed;
+        let acceleration = Self::LATE * self.path.limits().acceleration;
+        let to_corner = self.path.straight(0);
+        let points = turn_to(&progress.pose, self.leg.heading).abs() < POINTED;
+        points && speed > 0.0 && 0.5 * speed * speed < acceleration * to_corner
+    }
+
+    /// Of the acceleration, so much is relied on where the way to slow down begins with an update.
+    const LATE: f32 = 0.8;
+
+    /// Reads the leg under way off the path.
+    fn look(&mut self) {
+        if let Some(leg) = self.path.leg(0) {
+            self.leg = leg;
+            self.next = self.path.leg(1).map_or(leg.heading, |next| next.heading);
+            self.beyond = self.path.beyond();
+            self.approaches = APPROACHES;
+        }
+    }
+
+    /// True once the last posture is reached, or the path has ended otherwise.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.phase == Phase::Done
@@ -149,9 +264,7 @@ impl<const N: usize> Follower<N> {
 
     /// What to command next, if anything, and what has happened.
     pub fn update(&mut self, progress: &Progress) -> (Option<Order>, Option<PathEvent>) {
-        let Some(leg) = self.path.legs().get(self.leg).copied() else {
-            return (None, None);
-        };
+        let leg = self.leg;
         match self.phase {
             Phase::Done => (None, None),
             Phase::Aim => (self.aim(progress, &leg), None),
@@ -163,7 +276,11 @@ impl<const N: usize> Follower<N> {
 
     /// On the spot; a vehicle that cannot has a path that needs none.
     fn aim(&mut self, progress: &Progress, leg: &Leg) -> Option<Order> {
-        if let ControlFlow::Break(order) = self.face(progress, leg.heading) {
+        // What moves points well enough: it had been asked before it started.
+        if rests(&progress.translation)
+            && leg.length > 0.0
+            && let ControlFlow::Break(order) = self.face(progress, leg.heading)
+        {
             return order;
         }
         self.set_out();
@@ -230,11 +347,7 @@ impl<const N: usize> Follower<N> {
         aside: f32,
     ) -> Option<Order> {
         let speed = progress.translation.reference_speed;
-        let next = self
-            .path
-            .legs()
-            .get(self.leg + 1)
-            .map_or(leg.heading, |next| next.heading);
+        let next = self.next;
         // As the corner turns, and what the heading is off: not the other way round, where it is a hairpin.
         let turn = corner.angle + turn_to(&progress.pose, next - corner.angle);
         let to_corner = to_line(progress, leg, (turn, ahead, next)) - progress.moves();
@@ -257,7 +370,7 @@ impl<const N: usize> Follower<N> {
         } else {
             leg.speed
         };
-        let rest = to_corner - corner.lead + progress.moves() + self.path.beyond(self.leg);
+        let rest = to_corner - corner.lead + progress.moves() + self.beyond;
         let order = self.go(progress, rest, wanted);
         // A turn that has not ended when the corner's begins would set out from the wrong rate; the corner sets right what it can by itself.
         if order.is_none() && left > UNSTEERED_TIME * speed.abs() {
@@ -324,19 +437,24 @@ impl<const N: usize> Follower<N> {
         if !rests(&progress.rotation) {
             return (self.keep_speed(progress), None);
         }
-        let passed = PathEvent::Posture(self.leg);
-        self.leg += 1;
+        let passed = self.pass();
         self.phase = Phase::Leg;
         self.slowing = false;
-        let next = self.path.legs().get(self.leg).copied();
-        let order = next.and_then(|leg| self.drive(progress, &leg));
-        (order, Some(passed))
+        let leg = self.leg;
+        (self.drive(progress, &leg), Some(passed))
+    }
+
+    fn pass(&mut self) -> PathEvent {
+        self.path.pass();
+        self.look();
+        self.passed = self.passed.saturating_add(1);
+        PathEvent::Posture(self.passed)
     }
 
     /// A turn that was due before the corner's speed was commanded came first: an update has one order.
     fn keep_speed(&mut self, progress: &Progress) -> Option<Order> {
         let moving = self.moving?;
-        let Passage::Rounded(corner) = self.path.legs().get(self.leg)?.end else {
+        let Passage::Rounded(corner) = self.leg.end else {
             return None;
         };
         let rest = moving.distance - progress.translation.displacement.get();
@@ -348,6 +466,9 @@ impl<const N: usize> Follower<N> {
             Passage::Stop(heading) => heading,
             Passage::Rounded(_) => None,
         };
+        if self.approach_again(progress, leg) {
+            return (None, None);
+        }
         if let Some(heading) = heading
             && let ControlFlow::Break(order) = self.face(progress, heading)
         {
@@ -356,15 +477,33 @@ impl<const N: usize> Follower<N> {
         if !rests(&progress.rotation) {
             return (None, None);
         }
-        let passed = self.leg;
-        if passed + 1 < self.path.legs().len() {
-            self.leg += 1;
+        if self.path.len() > 1 {
             self.phase = Phase::Aim;
-            (None, Some(PathEvent::Posture(passed)))
+            (None, Some(self.pass()))
         } else {
+            self.path.pass();
             self.phase = Phase::Done;
-            (None, Some(PathEvent::Done(passed)))
+            (None, Some(PathEvent::Done))
         }
+    }
+
+    /// A place that was missed, as the estimate has it now, gets a leg of its own.
+    fn approach_again(&mut self, progress: &Progress, leg: &Leg) -> bool {
+        let turns_in_place = self.path.limits().turns_in_place;
+        let still = rests(&progress.rotation) && rests(&progress.translation);
+        if !(still && turns_in_place && self.approaches > 0) {
+            return false;
+        }
+        let (ahead, aside) = offset(&progress.pose, &leg.to, 0.0);
+        let off = sqrt(ahead * ahead + aside * aside);
+        if off <= self.tolerance.distance {
+            return false;
+        }
+        self.approaches -= 1;
+        self.leg.heading = libm::atan2f(aside, ahead);
+        self.leg.length = off;
+        self.phase = Phase::Aim;
+        true
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::math::smaller;
 
 /// Speeds, accelerations and curvatures that a path must not ask to exceed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct KinematicLimits {
     /// v_s, m/s.

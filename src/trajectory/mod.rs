@@ -7,6 +7,7 @@
 //! * [`path`]: postures to legs and corners, with the speeds at which they can be driven.
 //! * [`follower`]: where the base is on its path, to what it is to be commanded next.
 //! * [`chase`]: the same for a posture that moves.
+//! * [`pilot`]: both, on an [`Interface`](crate::controller::Interface).
 
 pub mod chase;
 pub mod corner;
@@ -14,9 +15,11 @@ pub mod follower;
 mod frame;
 pub mod limits;
 pub mod path;
+pub mod pilot;
 
 pub use chase::Chase;
 pub use corner::Corner;
-pub use follower::{Follower, Order, PathEvent, Progress};
+pub use follower::{Follower, Order, PathEvent, Progress, Tolerance};
 pub use limits::KinematicLimits;
 pub use path::{Leg, Passage, Path, PathError, Posture, Vertex};
+pub use pilot::{Ending, Errand, Notice, Pilot, Settings, Unable};
