@@ -24,10 +24,7 @@ fn limits() -> KinematicLimits {
 }
 
 fn whole(length: f32) -> [Room; 2] {
-    [Room {
-        length,
-        at_rest: false,
-    }; 2]
+    [Room { length, at: None }; 2]
 }
 
 /// The heading of a turn by `angle` at a time, from the trapezoid itself.
@@ -183,7 +180,8 @@ fn the_fastest_that_fits_is_found() {
                 let found = Corner::fit(angle, 1.0, whole(length), miss, &limits);
                 let speed = found.map_or(0.0, |corner| corner.speed);
                 assert!(
-                    (speed - best).abs() < 1.1e-3,
+                    // The search ends at 1/128 of 1 m/s.
+                    (speed - best).abs() < 8.9e-3,
                     "{degrees} {miss} {length}: {speed} {best}"
                 );
                 if let Some(corner) = found {
@@ -227,19 +225,19 @@ fn a_stop_leaves_room_to_speed_up() {
         [
             Room {
                 length,
-                at_rest: true,
+                at: Some(0.0),
             },
             Room {
                 length: 10.0,
-                at_rest: false,
+                at: None,
             },
         ]
     };
     let corner = Corner::fit(1.0, 1.0, from_rest(1.0), 1.0, &limits).unwrap();
     let run = 1.0 - corner.lead;
-    // v²/(2a) ≤ 1 m − T, with a tenth of a to spare; and no more of it is left than the search's step of speed.
+    // v²/(2a) ≤ 1 m − T, with a tenth of a to spare; and no more of it is left than the search's step of speed: a hundredth of 1 m/s, and what T changes by.
     let reached = (2.0 * 0.9 * limits.acceleration * run).sqrt();
-    assert!(corner.speed <= reached * (1.0 + 1e-6) && corner.speed > reached - 5e-4);
+    assert!(corner.speed <= reached * (1.0 + 1e-6) && corner.speed > reached - 1.5e-2);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::number::{self, Number};
 use super::telemetry::Fields;
 use crate::controller::{Observation, Pose};
 use crate::params::{DEGREES, Id};
+use crate::trajectory::Posture;
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// The numbers of a move or turn; what is left out keeps its last value.
@@ -48,6 +49,23 @@ pub enum Command {
     Plain(Keyword),
     /// Of the gains.
     Calibrate(Calibrate),
+    /// Of paths.
+    Path(PathCommand),
+}
+
+/// GoTo, Follow or Chase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathCommand {
+    /// GoTo.
+    GoTo(Posture),
+    /// Follow with a posture.
+    Append(Posture),
+    /// Follow start.
+    Start,
+    /// Follow clear.
+    Clear,
+    /// Chase.
+    Chase(Posture),
 }
 
 /// What Calibrate does.
@@ -66,7 +84,10 @@ impl Command {
     pub fn may_move(&self) -> bool {
         matches!(
             self,
-            Self::Move(_) | Self::Turn(_) | Self::Plain(Keyword::ClearFault | Keyword::Enable)
+            Self::Move(_)
+                | Self::Turn(_)
+                | Self::Plain(Keyword::ClearFault | Keyword::Enable)
+                | Self::Path(PathCommand::GoTo(_) | PathCommand::Start | PathCommand::Chase(_))
         )
     }
 }
@@ -134,6 +155,16 @@ impl<'a> Words<'a> {
             Some(Number::Finite(x)) if (range.min..=range.max).contains(&(x as f32)) => Ok(Some(x)),
             Some(_) => Err(out_of_range),
         }
+    }
+
+    /// The same, where `-` stands for a number that is left out though another one comes behind.
+    fn unless_dash(&mut self, range: &Range) -> Result<Option<f64>, Error> {
+        let before = (self.rest, self.after_comma);
+        if self.next()? == Some(b"-") {
+            return Ok(None);
+        }
+        (self.rest, self.after_comma) = before;
+        self.optional(range)
     }
 
     fn number(&mut self, range: &Range) -> Result<f64, Error> {
@@ -291,6 +322,9 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
             Command::SetParam(id, value as f32)
         }
         Keyword::Calibrate => Command::Calibrate(calibrate(words)?),
+        Keyword::GoTo => Command::Path(PathCommand::GoTo(posture(words)?)),
+        Keyword::Chase => Command::Path(PathCommand::Chase(posture(words)?)),
+        Keyword::Follow => Command::Path(follow(words)?),
         plain => Command::Plain(plain),
     })
 }
@@ -323,6 +357,36 @@ fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, Error> {
     } else {
         return Err(Error::Syntax("on, off, reset or straight"));
     })
+}
+
+fn posture(words: &mut Words<'_>) -> Result<Posture, Error> {
+    let [x, y, angle] = &POSE;
+    let (x, y) = (words.number(x)?, words.number(y)?);
+    let heading = words.unless_dash(angle)?;
+    Ok(Posture {
+        x,
+        y,
+        heading: heading.map(|angle| crate::math::wrap(angle / DEGREES) as f32),
+        speed: None,
+    })
+}
+
+fn follow(words: &mut Words<'_>) -> Result<PathCommand, Error> {
+    let before = (words.rest, words.after_comma);
+    let word = words.next()?.ok_or(TOO_FEW)?;
+    if word.eq_ignore_ascii_case(b"start") {
+        return Ok(PathCommand::Start);
+    }
+    if word.eq_ignore_ascii_case(b"clear") {
+        return Ok(PathCommand::Clear);
+    }
+    (words.rest, words.after_comma) = before;
+    let posture = posture(words)?;
+    let speed = words.optional(&range("v", 0.001, 1e9, "m/s"))?;
+    Ok(PathCommand::Append(Posture {
+        speed: speed.map(|speed| speed as f32),
+        ..posture
+    }))
 }
 
 fn pose(words: &mut Words<'_>) -> Result<Pose, Error> {

@@ -4,8 +4,9 @@ use super::follower::{Order, Progress, rests};
 use super::frame::{offset, turn_to};
 use super::{KinematicLimits, Posture, Vertex};
 use crate::controller::{AxisCommand, Pose};
-use crate::math::{larger, sin_cos, smaller, sqrt};
+use crate::math::{larger, sign, sin_cos, smaller, sqrt};
 use crate::time::{self, Duration, Instant};
+use core::f32::consts::PI;
 
 /// The target's velocity is smoothed over so long, s.
 const SMOOTHING: f32 = 0.2;
@@ -15,6 +16,12 @@ const SHORTEST: f32 = 0.01;
 const LATENESS: f32 = 1.25;
 /// Nearer than this a goal has no direction, m.
 const THERE: f32 = 0.02;
+/// Nearer than this one that lies behind is gone to backward, m: to turn around takes longer than it is worth.
+const NEAR: f32 = 0.1;
+/// The faster than the target, the farther from it, 1/s: a slow target is followed slowly, not in leaps.
+const EAGERNESS: f32 = 2.0;
+/// Below this speeds do not differ, m/s.
+const SLOW: f32 = 0.02;
 /// A turn or a way that differs from the one under way by less than this needs no command, rad and m.
 const LEAST: f32 = 1.7e-3;
 
@@ -136,11 +143,20 @@ impl Chase {
             .and_then(|target| target.speed)
             .unwrap_or(limits.speed);
         let (bearing, distance) = bearing(&progress.pose, &goal);
+        let cos = sin_cos(bearing).1;
+        let backward = distance < NEAR && cos < 0.0;
+        let bearing = if backward {
+            bearing - sign(bearing) * PI
+        } else {
+            bearing
+        };
         let turn = self.turn(progress, bearing, distance);
-        let ahead = distance * sin_cos(bearing).1;
+        let ahead = distance * cos;
         // What lies aside or behind is turned to first: then the way there is short.
-        let share = larger(sin_cos(bearing).1, 0.0);
-        let wanted = share * smaller(speed, limits.straight_speed());
+        let share = if backward { -cos } else { larger(cos, 0.0) };
+        let [u, v] = self.velocity;
+        let eager = sqrt(u * u + v * v) + EAGERNESS * distance;
+        let wanted = share * smaller(smaller(speed, limits.straight_speed()), eager);
         let due_turn = turn.and_then(|turn| self.due_turn(progress, turn, limits));
         let due_move = self.due_move(progress, ahead, wanted, limits);
         let order = if self.turned {
@@ -208,10 +224,10 @@ impl Chase {
             self.moving - axis.displacement.get()
         };
         // Speeds within a tenth are the same: the bearing is never quite the same.
-        let same = (speed - self.speed).abs() < 0.1 * limits.speed;
+        let same = (speed - self.speed).abs() < 0.1 * larger(speed, SLOW);
         let away = (ahead - under_way).abs();
         let due = if rests {
-            speed > 0.0 && ahead > THERE && away > LEAST
+            speed > 0.0 && ahead.abs() > THERE && away > LEAST
         } else {
             !same || away > LEAST
         };

@@ -5,6 +5,7 @@ use super::path::{Leg, Passage, Path};
 use super::{Corner, KinematicLimits, PathError, Posture};
 use crate::controller::{AxisCommand, AxisSnapshot, Pose, State};
 use crate::math::{larger, limit, sin_cos, smaller, sqrt};
+use core::f32::consts::{FRAC_PI_2, PI};
 use core::ops::ControlFlow;
 
 /// What the follower looks at. A command that it has given must be in it, and a tick must have passed since: wait until
@@ -56,7 +57,7 @@ pub enum PathEvent {
 }
 
 /// How near to a posture the vehicle has to stop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tolerance {
     /// m.
@@ -93,6 +94,10 @@ const AIMED: f32 = 1e-3;
 const POINTED: f32 = 0.175;
 /// How often it comes once more to a place that it has missed.
 const APPROACHES: u8 = 3;
+/// The longest that it waits for the vehicle to come where the reference is, s.
+const PATIENCE: f32 = 0.5;
+/// Below this a vehicle stands, m/s and rad/s.
+const STANDSTILL: f32 = 5e-3;
 /// A way left below this is none, m.
 const ARRIVED: f32 = 1e-3;
 /// On a leg, turns smaller than this are left undone, rad (0.1°): the lateral error that asks for one is below a millimetre.
@@ -129,6 +134,8 @@ pub struct Follower<const N: usize> {
     beyond: f32,
     /// So many postures have been passed.
     passed: u32,
+    /// It has stood at the leg's end for so long, s.
+    waited: f32,
     /// So often the place may be approached once more.
     approaches: u8,
     phase: Phase,
@@ -144,14 +151,12 @@ impl<const N: usize> Default for Follower<N> {
     fn default() -> Self {
         Self {
             path: Path::default(),
-            tolerance: Tolerance {
-                distance: 0.0,
-                heading: 0.0,
-            },
+            tolerance: Tolerance::default(),
             leg: Leg::default(),
             next: 0.0,
             beyond: 0.0,
             passed: 0,
+            waited: 0.0,
             approaches: 0,
             phase: Phase::Done,
             moving: None,
@@ -179,15 +184,25 @@ impl<const N: usize> Follower<N> {
         self.phase = Phase::Done;
     }
 
-    /// Adds a posture behind the last one; of a path under way, too.
+    /// How many postures have been passed.
+    #[must_use]
+    pub fn passed(&self) -> u32 {
+        self.passed
+    }
+
+    /// Adds a posture behind the last one; of a path under way, if there is a progress on it.
     ///
     /// # Errors
     /// [`PathError`] if there is no room, or the vehicle cannot come there. Nothing has changed.
-    pub fn push(&mut self, posture: &Posture, progress: &Progress) -> Result<(), PathError> {
+    pub fn push(
+        &mut self,
+        posture: &Posture,
+        progress: Option<&Progress>,
+    ) -> Result<(), PathError> {
         self.path.push(posture)?;
-        if self.is_done() {
+        let (Some(progress), false) = (progress, self.is_done()) else {
             return Ok(());
-        }
+        };
         let (ahead, _) = offset(&progress.pose, &self.leg.to, self.leg.heading);
         // Two updates until that is seen.
         let speed = progress.translation.reference_speed.abs();
@@ -216,9 +231,6 @@ impl<const N: usize> Follower<N> {
         limits: &KinematicLimits,
     ) -> Result<(), PathError> {
         self.path.plan(pose, miss, limits)?;
-        if self.path.is_empty() {
-            return Err(PathError::Range(0));
-        }
         self.tolerance = tolerance;
         self.passed = 0;
         self.phase = Phase::Aim;
@@ -330,6 +342,7 @@ impl<const N: usize> Follower<N> {
                     && (ahead - progress.translation.error).abs() < ARRIVED
                 {
                     self.phase = Phase::Station;
+                    self.waited = 0.0;
                     return None;
                 }
                 self.go(progress, ahead, leg.speed)
@@ -466,6 +479,10 @@ impl<const N: usize> Follower<N> {
             Passage::Stop(heading) => heading,
             Passage::Rounded(_) => None,
         };
+        self.waited += progress.interval;
+        if !(self.waited > PATIENCE || self.stands(progress)) {
+            return (None, None);
+        }
         if self.approach_again(progress, leg) {
             return (None, None);
         }
@@ -487,6 +504,19 @@ impl<const N: usize> Follower<N> {
         }
     }
 
+    /// True once the vehicle has come where the references are.
+    fn stands(&self, progress: &Progress) -> bool {
+        let Progress {
+            translation,
+            rotation,
+            ..
+        } = progress;
+        translation.error.abs() < 0.5 * self.tolerance.distance
+            && rotation.error.abs() < 0.5 * self.tolerance.heading
+            && translation.speed.abs() < STANDSTILL
+            && rotation.speed.abs() < STANDSTILL
+    }
+
     /// A place that was missed, as the estimate has it now, gets a leg of its own.
     fn approach_again(&mut self, progress: &Progress, leg: &Leg) -> bool {
         let turns_in_place = self.path.limits().turns_in_place;
@@ -500,8 +530,18 @@ impl<const N: usize> Follower<N> {
             return false;
         }
         self.approaches -= 1;
-        self.leg.heading = libm::atan2f(aside, ahead);
-        self.leg.length = off;
+        // Forward or backward, whichever takes the smaller turn. What has no heading of its own points along the path again.
+        let bearing = libm::atan2f(aside, ahead);
+        let behind = turn_to(&progress.pose, bearing).abs() > FRAC_PI_2;
+        self.leg = Leg {
+            heading: if behind { bearing + PI } else { bearing },
+            length: off,
+            end: match leg.end {
+                Passage::Stop(None) => Passage::Stop(Some(leg.heading)),
+                end => end,
+            },
+            ..*leg
+        };
         self.phase = Phase::Aim;
         true
     }

@@ -29,6 +29,28 @@ pub struct KinematicLimits {
 }
 
 impl KinematicLimits {
+    /// True if there is something to go and to turn with.
+    #[must_use]
+    pub fn can_move(&self) -> bool {
+        let Self {
+            speed,
+            acceleration,
+            turn_speed,
+            turn_acceleration,
+            wheel_speed,
+            ..
+        } = *self;
+        [
+            speed,
+            acceleration,
+            turn_speed,
+            turn_acceleration,
+            wheel_speed,
+        ]
+        .iter()
+        .all(|limit| *limit > 0.0)
+    }
+
     /// The largest |v_α| that goes with v_s ≥ 0; 0 or less if there is none.
     #[must_use]
     pub fn turn_speed_at(&self, speed: f32) -> f32 {

@@ -69,7 +69,9 @@ pub struct Leg {
 pub enum PathError {
     /// There are more of them than there is room for.
     Full,
-    /// A number is not finite, or a speed not above 0.
+    /// There is no speed, or no acceleration, to go or to turn with.
+    Still,
+    /// A number is not finite, or a speed not above 0; or there is no posture at all.
     Range(usize),
     /// The vehicle cannot turn on the spot, and there is no other way to set out for it.
     Start(usize),
@@ -81,6 +83,7 @@ impl core::fmt::Display for PathError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::Full => "there is no room for another posture",
+            Self::Still => "a speed or an acceleration is zero",
             Self::Range(_) => "a posture's number is out of range",
             Self::Start(_) => "the vehicle does not point to the posture",
             Self::Sharp(_) => "a posture's turn is too sharp for the vehicle",
@@ -216,6 +219,12 @@ impl<const N: usize> Path<N> {
         miss: f32,
         limits: &KinematicLimits,
     ) -> Result<(), PathError> {
+        if self.is_empty() {
+            return Err(PathError::Range(0));
+        }
+        if !limits.can_move() {
+            return Err(PathError::Still);
+        }
         self.limits = *limits;
         self.miss = miss;
         self.entry = 0.0;
@@ -471,6 +480,32 @@ impl<const N: usize> Path<N> {
     /// True if a vehicle that has come straight there has a heading to take.
     fn turns_there(waypoint: &Waypoint) -> bool {
         apart(waypoint.facing(), waypoint.direction)
+    }
+
+    /// Whether the vehicle can go from a pose straight to a posture.
+    ///
+    /// # Errors
+    /// [`PathError`] of the posture 0.
+    pub fn may_go(
+        start: &Pose,
+        posture: &Posture,
+        limits: &KinematicLimits,
+    ) -> Result<(), PathError> {
+        let (dx, dy) = (posture.x - start.x, posture.y - start.y);
+        let direction = libm::atan2f(dy as f32, dx as f32);
+        let here = dx.abs() + dy.abs() < f64::from(ONE_PLACE);
+        if limits.turns_in_place {
+            Ok(())
+        } else if !here && turn_to(start, direction).abs() > AIMED {
+            Err(PathError::Start(0))
+        } else if posture
+            .heading
+            .is_some_and(|heading| turn_to(start, heading).abs() > AIMED)
+        {
+            Err(PathError::Sharp(0))
+        } else {
+            Ok(())
+        }
     }
 
     /// Refuses a stop that takes a turn.

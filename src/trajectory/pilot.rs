@@ -7,7 +7,6 @@ use super::{
 use crate::controller::{AxisCommand, Interface, Procedure, Refusal, Snapshot};
 use crate::math::{larger, smaller};
 use crate::time::{self, Duration, Instant};
-use core::ops::ControlFlow;
 
 /// How paths are driven.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -154,6 +153,8 @@ pub struct Pilot<const N: usize = 32> {
     updated: Instant,
     /// The last update gave an order.
     ordered: bool,
+    /// The translation and the rotation have been told to come to rest.
+    braked: [bool; 2],
 }
 
 impl<const N: usize> Default for Pilot<N> {
@@ -166,6 +167,7 @@ impl<const N: usize> Default for Pilot<N> {
             ended: None,
             updated: Instant::from_ticks(0),
             ordered: false,
+            braked: [false; 2],
         }
     }
 }
@@ -177,10 +179,13 @@ impl<const N: usize> Pilot<N> {
         self.follower.path()
     }
 
-    /// The number of the first of them: so many have been passed, and one.
+    /// The number of the first of them: on a path under way, one more than have been passed.
     #[must_use]
     pub fn first(&self) -> u32 {
-        self.follower.passed().saturating_add(1)
+        match self.errand() {
+            Some(Errand::Path) => self.follower.passed().saturating_add(1),
+            _ => 1,
+        }
     }
 
     /// What it is about, if anything.
@@ -216,8 +221,12 @@ impl<const N: usize> Pilot<N> {
     pub fn start<C>(&mut self, desk: &mut Interface<C>, settings: &Settings) -> Result<(), Unable> {
         desk.may_move()?;
         let progress = self.progress(desk.snapshot());
-        self.follower
-            .start(&progress.pose, settings.corner, settings.tolerance, &settings.limits)?;
+        self.follower.start(
+            &progress.pose,
+            settings.corner,
+            settings.tolerance,
+            &settings.limits,
+        )?;
         self.begin(desk, settings);
         self.activity = if self.follower.may_start(&progress) {
             Activity::Driving(Errand::Path)
@@ -278,6 +287,7 @@ impl<const N: usize> Pilot<N> {
         self.settings = *settings;
         self.updated = desk.snapshot().time;
         self.ordered = false;
+        self.braked = [false; 2];
     }
 
     /// Gives the next order, if one is due, and tells what has happened. `yields`: others may want to command the base now, and have their turn after an order.
@@ -323,6 +333,7 @@ impl<const N: usize> Pilot<N> {
             }
             Activity::Driving(Errand::Chase) => {
                 if self.chase.age(now) > seconds(self.settings.chase_timeout) {
+                    self.braked = [false; 2];
                     self.activity = Activity::Braking(Errand::Chase);
                     return None;
                 }
@@ -342,12 +353,7 @@ impl<const N: usize> Pilot<N> {
         Notice::End(errand, ending)
     }
 
-    fn give<C>(
-        &mut self,
-        desk: &mut Interface<C>,
-        order: Order,
-        errand: Errand,
-    ) -> Option<Notice> {
+    fn give<C>(&mut self, desk: &mut Interface<C>, order: Order, errand: Errand) -> Option<Notice> {
         let limits = *desk.limits();
         let within = |command: AxisCommand, speed, acceleration| AxisCommand {
             speed: smaller(command.speed, speed),
@@ -388,17 +394,11 @@ impl<const N: usize> Pilot<N> {
             acceleration,
         };
         let orders = [
-            (
-                progress.translation,
-                Order::Move(stop(limits.acceleration)),
-            ),
-            (
-                progress.rotation,
-                Order::Turn(stop(limits.turn_acceleration)),
-            ),
+            Order::Move(stop(limits.acceleration)),
+            Order::Turn(stop(limits.turn_acceleration)),
         ];
-        for (axis, order) in orders {
-            if axis.reference_speed != 0.0 && !axis.is_stopping() {
+        for (braked, order) in self.braked.iter_mut().zip(orders) {
+            if !core::mem::replace(braked, true) {
                 return self.give(desk, order, errand);
             }
         }
