@@ -121,10 +121,9 @@ mod app {
             Ok(vehicle) => vehicle,
             Err(message) => fail(message),
         };
-        let controller = ctx
-            .local
-            .controller_place
-            .write(Controller::new(vehicle, config, fault));
+        let controller = place(ctx.local.controller_place, || {
+            Controller::new(vehicle, config, fault)
+        });
         let identity = Identity {
             target: board::TARGET,
             reset_cause,
@@ -137,10 +136,9 @@ mod app {
         let shared = Shared {
             idle_alive: AtomicBool::new(true),
         };
-        let interpreter = ctx
-            .local
-            .interpreter_place
-            .write(Interpreter::with_storage(identity, &defaults, &found));
+        let interpreter = place(ctx.local.interpreter_place, || {
+            Interpreter::with_storage(identity, &defaults, &found)
+        });
         if let Some(fault) = fault {
             interpreter.notify(Event::Fault(fault, Place::Base));
         }
@@ -255,6 +253,12 @@ mod app {
             interpreter.transmit_to(transmitter);
             logged.tell_changes(interpreter.params());
         }
+    }
+
+    /// Makes a large thing where it stays. Apart, so that what it takes of the stack is given back.
+    #[inline(never)]
+    fn place<T>(place: &mut MaybeUninit<T>, make: impl FnOnce() -> T) -> &mut T {
+        place.write(make())
     }
 
     /// Nothing can be started: with the motors off until the watchdog tries again.

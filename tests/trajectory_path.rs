@@ -441,9 +441,9 @@ fn a_car_is_refused_what_it_cannot_drive() {
     };
     let plan = |postures: &[Posture], miss| {
         let mut path = Path::<POSTURES>::default();
-        postures
-            .iter()
-            .for_each(|posture| path.push(posture).unwrap());
+        for posture in postures {
+            path.push(posture).unwrap();
+        }
         path.plan(&Pose::default(), miss, &car)
     };
     assert_eq!(plan(&[posture(0.0, 1.0)], 0.5), Err(PathError::Start(0)));

@@ -233,6 +233,8 @@ const AGE: Range = range("age", 0.0, 1.5, "s");
 ///
 /// # Errors
 /// [`Error::Syntax`], [`Error::Range`] or [`Error::Unknown`].
+// What it has on the stack is not under what carries commands out.
+#[inline(never)]
 pub fn parse(body: &[u8]) -> Result<Command, Error> {
     let length = body
         .iter()
@@ -322,9 +324,9 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
             Command::SetParam(id, value as f32)
         }
         Keyword::Calibrate => Command::Calibrate(calibrate(words)?),
-        Keyword::GoTo => Command::Path(PathCommand::GoTo(posture(words)?)),
-        Keyword::Chase => Command::Path(PathCommand::Chase(posture(words)?)),
-        Keyword::Follow => Command::Path(follow(words)?),
+        Keyword::GoTo | Keyword::Chase | Keyword::Follow => {
+            Command::Path(path_command(keyword, words)?)
+        }
         plain => Command::Plain(plain),
     })
 }
@@ -357,6 +359,15 @@ fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, Error> {
     } else {
         return Err(Error::Syntax("on, off, reset or straight"));
     })
+}
+
+#[inline(never)]
+fn path_command(keyword: Keyword, words: &mut Words<'_>) -> Result<PathCommand, Error> {
+    match keyword {
+        Keyword::GoTo => posture(words).map(PathCommand::GoTo),
+        Keyword::Chase => posture(words).map(PathCommand::Chase),
+        _ => follow(words),
+    }
 }
 
 fn posture(words: &mut Words<'_>) -> Result<Posture, Error> {

@@ -297,9 +297,7 @@ impl<const N: usize> Pilot<N> {
             return self.ended.take();
         }
         let asked = desk.take_asked();
-        let Some(errand) = self.errand() else {
-            return None;
-        };
+        let errand = self.errand()?;
         let ending = match asked {
             _ if desk.snapshot().fault.is_some() => Some(Ending::Fault),
             Some(Procedure::Stop) => Some(Ending::Stop),

@@ -7,9 +7,9 @@ use anyhow::{Result, ensure};
 use super::elf::{Image, Section};
 use super::vehicle::Vehicle;
 
-/// What issue and README promise.
-const FLASH_LIMIT: u32 = 96 * 1024;
-const RAM_LIMIT: u32 = 16 * 1024;
+/// What the README promises.
+const FLASH_LIMIT: u32 = 128 * 1024;
+const RAM_LIMIT: u32 = 20 * 1024;
 
 /// How many symbols are worth reading.
 const LARGEST: usize = 12;
