@@ -132,8 +132,8 @@ enum Activity {
     Driving(Errand),
 }
 
-/// The time between two orders to a chasing base, s: each replaces a trapezoid that has hardly begun.
-const CHASE_PERIOD: f32 = 0.01;
+/// The time between two orders to a chasing base: each replaces a trapezoid that has hardly begun.
+const CHASE_PERIOD: Duration = Duration::millis(10);
 /// An update that comes later than this was none that one could count on, s.
 const LATEST: f32 = 0.1;
 
@@ -315,12 +315,20 @@ impl<const N: usize> Pilot<N> {
         if yields && core::mem::take(&mut self.ordered) {
             return None;
         }
+        if self.activity == Activity::Driving(Errand::Chase) {
+            if self.chase.age(now) > seconds(self.settings.chase_timeout) {
+                self.braked = [false; 2];
+                self.activity = Activity::Braking(Errand::Chase);
+            } else if time::since(now, self.updated) < CHASE_PERIOD {
+                return None;
+            }
+        }
         let progress = self.progress(desk.snapshot());
+        self.updated = now;
         match self.activity {
             Activity::Idle => None,
             Activity::Braking(errand) => self.brake(desk, &progress, errand),
             Activity::Driving(Errand::Path) => {
-                self.updated = now;
                 let (order, event) = self.follower.update(&progress);
                 if event == Some(PathEvent::Done) {
                     self.activity = Activity::Idle;
@@ -330,15 +338,6 @@ impl<const N: usize> Pilot<N> {
                 event.map(Notice::Path).or(refused)
             }
             Activity::Driving(Errand::Chase) => {
-                if self.chase.age(now) > seconds(self.settings.chase_timeout) {
-                    self.braked = [false; 2];
-                    self.activity = Activity::Braking(Errand::Chase);
-                    return None;
-                }
-                if progress.interval < CHASE_PERIOD {
-                    return None;
-                }
-                self.updated = now;
                 let order = self.chase.update(&progress, now, &self.settings.limits)?;
                 self.give(desk, order, Errand::Chase)
             }
@@ -384,7 +383,6 @@ impl<const N: usize> Pilot<N> {
         progress: &Progress,
         errand: Errand,
     ) -> Option<Notice> {
-        self.updated = desk.snapshot().time;
         let limits = self.settings.limits;
         let stop = |acceleration| AxisCommand {
             distance: 0.0,
