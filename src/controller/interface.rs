@@ -33,8 +33,10 @@ pub enum Procedure {
     Move,
     /// `turn`.
     Turn,
-    /// `Stop`, an emergency stop or `Disable`.
+    /// `Stop` or `Disable`.
     Stop,
+    /// An emergency stop.
+    EmergencyStop,
 }
 
 /// A measurement of the pose from outside.
@@ -255,7 +257,7 @@ impl<C> Interface<C> {
     /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits; one that would move the base, or let
     /// it, is dropped.
     pub fn emergency_stop(&mut self) {
-        self.asked = Some(Procedure::Stop);
+        self.asked = Some(Procedure::EmergencyStop);
         if let Some(action) = &mut self.request
             && action.may_move()
         {

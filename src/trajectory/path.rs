@@ -491,6 +491,9 @@ impl<const N: usize> Path<N> {
         posture: &Posture,
         limits: &KinematicLimits,
     ) -> Result<(), PathError> {
+        if !limits.can_move() {
+            return Err(PathError::Still);
+        }
         let (dx, dy) = (posture.x - start.x, posture.y - start.y);
         let direction = libm::atan2f(dy as f32, dx as f32);
         let here = dx.abs() + dy.abs() < f64::from(ONE_PLACE);

@@ -214,12 +214,20 @@ impl<const N: usize> Pilot<N> {
     }
 
     /// Follows the path through the postures in the queue, from where the base is. One that moves comes to rest first, unless it points to the first posture.
+    /// A path that is under way goes on.
     ///
     /// # Errors
     /// [`Unable`]; an empty queue is [out of range](PathError::Range). Nothing has changed.
-    #[inline(never)]
     pub fn start<C>(&mut self, desk: &mut Interface<C>, settings: &Settings) -> Result<(), Unable> {
         desk.may_move()?;
+        match self.errand() {
+            Some(Errand::Path) => Ok(()),
+            _ => self.set_out(desk, settings),
+        }
+    }
+
+    #[inline(never)]
+    fn set_out<C>(&mut self, desk: &mut Interface<C>, settings: &Settings) -> Result<(), Unable> {
         let progress = self.progress(desk.snapshot());
         self.follower.start(
             &progress.pose,
@@ -251,7 +259,7 @@ impl<const N: usize> Pilot<N> {
         Path::<N>::may_go(&desk.snapshot().estimator.pose(), posture, &settings.limits)?;
         self.follower.clear();
         self.follower.push(posture, None)?;
-        self.start(desk, settings)
+        self.set_out(desk, settings)
     }
 
     /// Chases a posture, which replaces the one before.
@@ -300,6 +308,7 @@ impl<const N: usize> Pilot<N> {
         let errand = self.errand()?;
         let ending = match asked {
             _ if desk.snapshot().fault.is_some() => Some(Ending::Fault),
+            Some(Procedure::EmergencyStop) => Some(Ending::Fault),
             Some(Procedure::Stop) => Some(Ending::Stop),
             Some(Procedure::Move) => Some(Ending::Move),
             Some(Procedure::Turn) => Some(Ending::Turn),

@@ -216,8 +216,7 @@ impl Counter {
             self.counts.starts.push(hit.at.0);
         }
         let Some(entered) = self.entered else {
-            self.outside
-                .hit(at, count, &mut self.counts.outside);
+            self.outside.hit(at, count, &mut self.counts.outside);
             return;
         };
         while let Some(call) = self.pending.pop_if(|call| call.back == at) {
