@@ -1,0 +1,197 @@
+//! Paths through protocol lines: the true way of the simulated base, held against the planned one.
+
+mod bench;
+mod course;
+
+use bench::Bench;
+use course::{Course, follow, polyline, settings};
+use hil_sim::random::Random;
+use hil_sim::robot::Robot;
+use vehicle_controller::math::wrap;
+use vehicle_controller::trajectory::{Corner, KinematicLimits, Passage, Posture};
+
+const TICK: f64 = 1e-3;
+/// Corners of less than this are not turned (0.2°).
+const STRAIGHT: f32 = 3.5e-3;
+
+/// The references at a tick: v_s and v_α.
+type References = [f64; 2];
+
+fn references(bench: &Bench) -> References {
+    let snapshot = bench.rig.snapshot();
+    [&snapshot.translation, &snapshot.rotation].map(|axis| f64::from(axis.reference_speed))
+}
+
+/// Sends a line and waits for its reply.
+fn ask(bench: &mut Bench, line: &str) {
+    bench.send(line);
+    bench.wait_for("OK", 0.5);
+}
+
+/// Appends postures and starts.
+fn start(bench: &mut Bench, postures: &[Posture]) {
+    for posture in postures {
+        ask(bench, &follow(posture));
+    }
+    ask(bench, "Follow start");
+}
+
+/// No reference steps: from tick to tick they change by no more than the accelerations allow. What landing on a target adds is 0.2 %, and a speed's
+/// ulp is 1e-7.
+fn check_steps(before: References, after: References, limits: &KinematicLimits) {
+    let accelerations = [limits.acceleration, limits.turn_acceleration];
+    for ((before, after), acceleration) in before.iter().zip(after).zip(accelerations) {
+        let most = 1.002 * f64::from(acceleration) * TICK + 2e-7;
+        assert!((after - before).abs() <= most, "{before} to {after}");
+    }
+}
+
+/// A drive along a course to its end.
+struct Drive {
+    /// Largest distance from the course, m.
+    worst: f64,
+    /// Distance from the last posture and its heading, at rest; m and °.
+    end: [f64; 2],
+    /// What the references were at each tick.
+    references: Vec<References>,
+    /// When each posture was told to have been passed, in ticks.
+    passed: Vec<usize>,
+}
+
+fn drive(bench: &mut Bench, robot: &Robot, course: &mut Course) -> Drive {
+    let limits = settings(robot).limits;
+    start(bench, &course.postures);
+    let from = bench.lines.len();
+    let mut drive = Drive {
+        worst: 0.0,
+        end: [0.0; 2],
+        references: vec![references(bench)],
+        passed: Vec::new(),
+    };
+    let mut seen = from;
+    let mut is_done = false;
+    while !is_done {
+        let truth = bench.tick();
+        drive.worst = drive.worst.max(course.off(truth.x, truth.y));
+        let now = references(bench);
+        check_steps(*drive.references.last().unwrap(), now, &limits);
+        drive.references.push(now);
+        for (_, line) in &bench.lines[seen..] {
+            let number = drive.passed.len() + 1;
+            is_done = line == "! path done";
+            assert!(is_done || *line == format!("! posture {number}"), "{line}");
+            drive.passed.push(drive.references.len());
+        }
+        seen = bench.lines.len();
+        assert!(drive.references.len() < 200_000, "no end");
+    }
+    assert_eq!(drive.passed.len(), course.postures.len());
+    bench.run(0.5);
+    let (truth, last) = (bench.truth(), course.postures.last().unwrap());
+    let askew = wrap(truth.heading.to_radians() - course.last_heading());
+    drive.end = [
+        (truth.x - last.x).hypot(truth.y - last.y),
+        askew.abs().to_degrees(),
+    ];
+    drive
+}
+
+impl Drive {
+    /// k of the clothoids of a corner that ended before a tick: the reference's angular acceleration over v_s², both averaged over the ramp without its
+    /// first and last tick, which are parts of one. None of a ramp that has no other.
+    fn sharpness(&self, passed: usize) -> [Option<f64>; 2] {
+        let turns = |tick: &usize| self.references[*tick][1] != 0.0;
+        let end = (0..passed).rev().find(turns).unwrap() + 1;
+        let begin = (0..end).rev().find(|tick| !turns(tick)).unwrap();
+        let steps: Vec<_> = (begin..end)
+            .map(|tick| {
+                let [before, after] = [self.references[tick], self.references[tick + 1]];
+                let v = 0.5 * (before[0] + after[0]);
+                ((after[1] - before[1]) / TICK, v * v)
+            })
+            .collect();
+        let sign = steps[0].0.signum();
+        let rising = steps.iter().take_while(|step| sign * step.0 > 0.0).count();
+        let falling = steps.iter().rev().take_while(|step| sign * step.0 < 0.0).count();
+        let mean = |ramp: &[(f64, f64)]| {
+            let inner = ramp.get(1..ramp.len().saturating_sub(1)).filter(|inner| !inner.is_empty())?;
+            let sum = inner.iter().fold((0.0, 0.0), |sum, step| (sum.0 + step.0, sum.1 + step.1));
+            Some(sum.0 / sum.1)
+        };
+        [
+            mean(&steps[..rising]),
+            mean(&steps[steps.len() - falling..]).map(|k| -k),
+        ]
+    }
+}
+
+fn rounded(course: &Course) -> impl Iterator<Item = (usize, Corner)> {
+    course
+        .legs
+        .iter()
+        .enumerate()
+        .filter_map(|(n, leg)| match leg.end {
+            Passage::Rounded(corner) if corner.angle.abs() > STRAIGHT => Some((n, corner)),
+            _ => None,
+        })
+}
+
+/// Of many drives.
+#[derive(Debug, Default)]
+struct Worst {
+    off: f64,
+    end: f64,
+    askew: f64,
+    sharpness: f64,
+    clothoids: u32,
+    seconds: f64,
+}
+
+fn drive_polylines(preset: &str, count: u64) -> Worst {
+    let robot = Robot::load(preset).unwrap();
+    let mut worst = Worst::default();
+    for seed in 0..count {
+        let mut course = Course::plan(&robot, &polyline(&mut Random::new(seed, 7)));
+        let mut bench = Bench::of(&robot, seed);
+        let drive = drive(&mut bench, &robot, &mut course);
+        if std::env::var("LOUD").is_ok() {
+            let pose = bench.rig.snapshot().estimator.pose();
+            let truth = bench.truth();
+            let last = course.postures.last().unwrap();
+            let length: f32 = course.legs.iter().map(|leg| leg.length).sum();
+            println!("{seed}: {:.2} mm, end {:.2} mm {:.3}°; est off {:.2} mm {:.3}°, est end {:.2} mm, {length:.1} m", drive.worst * 1e3, drive.end[0] * 1e3, drive.end[1],
+                (pose.x - truth.x).hypot(pose.y - truth.y) * 1e3, (pose.theta - truth.heading.to_radians()).to_degrees(), (pose.x - last.x).hypot(pose.y-last.y)*1e3);
+        }
+        for (n, corner) in rounded(&course) {
+            for k in drive.sharpness(drive.passed[n]).into_iter().flatten() {
+                let ratio = k / f64::from(corner.sharpness());
+                if std::env::var("LOUD").is_ok() && (ratio - 1.0).abs() > 0.01 {
+                    println!("{seed}: {n} k {ratio} {corner:?}");
+                }
+                worst.sharpness = worst.sharpness.max((ratio - 1.0).abs());
+                worst.clothoids += 1;
+            }
+        }
+        worst.off = worst.off.max(drive.worst);
+        worst.end = worst.end.max(drive.end[0]);
+        worst.askew = worst.askew.max(drive.end[1]);
+        worst.seconds += drive.references.len() as f64 * TICK;
+    }
+    println!("{preset}: {worst:?}");
+    worst
+}
+
+#[test]
+fn an_ideal_base_drives_polylines_as_planned() {
+    let count = std::env::var("COUNT").map_or(200, |c| c.parse().unwrap());
+    let worst = drive_polylines("ideal", count);
+    assert!(worst.off < 5e-3 && worst.end < 2e-3 && worst.askew < 0.2);
+    assert!(worst.sharpness < 0.01 && worst.clothoids > 200);
+}
+
+#[test]
+fn a_base_with_motors_drives_polylines_as_planned() {
+    let count = std::env::var("COUNT").map_or(40, |c| c.parse().unwrap());
+    let worst = drive_polylines("default", count);
+    assert!(worst.off < 20e-3 && worst.end < 5e-3 && worst.askew < 0.5);
+}
