@@ -11,6 +11,8 @@ use vehicle_controller::math::wrap;
 use vehicle_controller::trajectory::{Corner, KinematicLimits, Passage, Posture};
 
 const TICK: f64 = 1e-3;
+/// So many ticks does an event take to arrive.
+const ON_THE_WIRE: usize = 2;
 /// Corners of less than this are not turned (0.2°).
 const STRAIGHT: f32 = 3.5e-3;
 
@@ -101,7 +103,7 @@ impl Drive {
     /// first and last tick, which are parts of one. None of a ramp that has no other.
     fn sharpness(&self, passed: usize) -> [Option<f64>; 2] {
         let turns = |tick: &usize| self.references[*tick][1] != 0.0;
-        let end = (0..passed).rev().find(turns).unwrap() + 1;
+        let end = (0..passed - ON_THE_WIRE).rev().find(turns).unwrap() + 1;
         let begin = (0..end).rev().find(|tick| !turns(tick)).unwrap();
         let steps: Vec<_> = (begin..end)
             .map(|tick| {
@@ -147,27 +149,16 @@ struct Worst {
     seconds: f64,
 }
 
-fn drive_polylines(preset: &str, count: u64) -> Worst {
+fn drive_polylines(preset: &str, count: u64, longest: f64) -> Worst {
     let robot = Robot::load(preset).unwrap();
     let mut worst = Worst::default();
     for seed in 0..count {
-        let mut course = Course::plan(&robot, &polyline(&mut Random::new(seed, 7)));
+        let mut course = Course::plan(&robot, &polyline(&mut Random::new(seed, 7), longest));
         let mut bench = Bench::of(&robot, seed);
         let drive = drive(&mut bench, &robot, &mut course);
-        if std::env::var("LOUD").is_ok() {
-            let pose = bench.rig.snapshot().estimator.pose();
-            let truth = bench.truth();
-            let last = course.postures.last().unwrap();
-            let length: f32 = course.legs.iter().map(|leg| leg.length).sum();
-            println!("{seed}: {:.2} mm, end {:.2} mm {:.3}°; est off {:.2} mm {:.3}°, est end {:.2} mm, {length:.1} m", drive.worst * 1e3, drive.end[0] * 1e3, drive.end[1],
-                (pose.x - truth.x).hypot(pose.y - truth.y) * 1e3, (pose.theta - truth.heading.to_radians()).to_degrees(), (pose.x - last.x).hypot(pose.y-last.y)*1e3);
-        }
         for (n, corner) in rounded(&course) {
             for k in drive.sharpness(drive.passed[n]).into_iter().flatten() {
                 let ratio = k / f64::from(corner.sharpness());
-                if std::env::var("LOUD").is_ok() && (ratio - 1.0).abs() > 0.01 {
-                    println!("{seed}: {n} k {ratio} {corner:?}");
-                }
                 worst.sharpness = worst.sharpness.max((ratio - 1.0).abs());
                 worst.clothoids += 1;
             }
@@ -177,21 +168,24 @@ fn drive_polylines(preset: &str, count: u64) -> Worst {
         worst.askew = worst.askew.max(drive.end[1]);
         worst.seconds += drive.references.len() as f64 * TICK;
     }
-    println!("{preset}: {worst:?}");
+    println!("{preset}, legs up to {longest} m: {worst:?}");
     worst
 }
 
 #[test]
-fn an_ideal_base_drives_polylines_as_planned() {
-    let count = std::env::var("COUNT").map_or(200, |c| c.parse().unwrap());
-    let worst = drive_polylines("ideal", count);
+fn an_ideal_base_drives_a_thousand_polylines_as_planned() {
+    let worst = drive_polylines("ideal", 1000, 2.5);
     assert!(worst.off < 5e-3 && worst.end < 2e-3 && worst.askew < 0.2);
-    assert!(worst.sharpness < 0.01 && worst.clothoids > 200);
+    assert!(worst.sharpness < 0.01 && worst.clothoids > 2000);
 }
 
 #[test]
 fn a_base_with_motors_drives_polylines_as_planned() {
-    let count = std::env::var("COUNT").map_or(40, |c| c.parse().unwrap());
-    let worst = drive_polylines("default", count);
+    // In a room. The encoders do not see on which side of its backlash a gear is: after a turn that is up to 1 mrad of heading, 1 mm off after each metre.
+    let worst = drive_polylines("default", 200, 1.0);
     assert!(worst.off < 20e-3 && worst.end < 5e-3 && worst.askew < 0.5);
+    assert!(worst.sharpness < 0.01 && worst.clothoids > 200);
+    // Through a hall: what dead reckoning has lost by its end has nothing to do with paths.
+    let worst = drive_polylines("default", 60, 2.5);
+    assert!(worst.off < 20e-3 && worst.askew < 0.5);
 }

@@ -96,14 +96,14 @@ pub fn place(x: f64, y: f64) -> Posture {
     }
 }
 
-/// Up to 8 legs of 5 cm to 2.5 m, any corners between them; a tenth of the postures has a heading, a third a speed.
-pub fn polyline(random: &mut Random) -> Vec<Posture> {
+/// Up to 8 legs from 5 cm to `longest` (m), any corners between them; a tenth of the postures has a heading, a third a speed.
+pub fn polyline(random: &mut Random, longest: f64) -> Vec<Posture> {
     let mut between = |low: f64, high: f64| low + (high - low) * random.fraction();
     let (mut x, mut y, mut heading) = (0.0, 0.0, between(-PI, PI));
     let count = between(1.0, 9.0) as usize;
     let mut postures = Vec::new();
     for _ in 0..count {
-        let length = between(0.05, 2.5);
+        let length = between(0.05, longest);
         x += length * heading.cos();
         y += length * heading.sin();
         heading += between(-PI, PI) * between(0.0, 1.0);
