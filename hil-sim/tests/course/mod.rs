@@ -56,7 +56,7 @@ impl Course {
         // From the point to where the segment begins.
         let mut way = 0.0_f64;
         for (i, ends) in self.points.windows(2).enumerate().skip(self.at) {
-            if way > AHEAD {
+            if way > AHEAD + best.0.min(1.0) {
                 break;
             }
             let off = distance([x, y], ends[0], ends[1]);
@@ -117,19 +117,14 @@ pub fn polyline(random: &mut Random, longest: f64) -> Vec<Posture> {
     postures
 }
 
-/// An eight of two hexagons that meet in the origin, each of whose sides is so long, m: driven along the x axis through the crossing, left, then right.
-pub fn figure_eight(side: f64) -> Vec<Posture> {
-    let mut postures = Vec::new();
-    for turn in [1.0, -1.0] {
-        let (mut x, mut y, mut heading) = (0.0, 0.0, 0.0_f64);
-        for _ in 0..6 {
-            x += side * heading.cos();
-            y += side * heading.sin();
-            heading += turn * PI / 3.0;
-            postures.push(place(x, y));
-        }
-    }
-    postures
+/// A figure eight in so many postures a lap, from its crossing: Gerono's lemniscate, x = a sin τ, y = a sin τ cos τ, 2a wide.
+pub fn figure_eight(a: f64, laps: u32, postures: u32) -> Vec<Posture> {
+    (1..=laps * postures)
+        .map(|k| {
+            let (sin, cos) = (2.0 * PI * f64::from(k) / f64::from(postures)).sin_cos();
+            place(a * sin, a * sin * cos)
+        })
+        .collect()
 }
 
 fn points(start: &Pose, legs: &[Leg]) -> Vec<[f64; 2]> {
