@@ -122,10 +122,18 @@ impl Drive {
             .collect();
         let sign = steps[0].0.signum();
         let rising = steps.iter().take_while(|step| sign * step.0 > 0.0).count();
-        let falling = steps.iter().rev().take_while(|step| sign * step.0 < 0.0).count();
+        let falling = steps
+            .iter()
+            .rev()
+            .take_while(|step| sign * step.0 < 0.0)
+            .count();
         let mean = |ramp: &[(f64, f64)]| {
-            let inner = ramp.get(1..ramp.len().saturating_sub(1)).filter(|inner| !inner.is_empty())?;
-            let sum = inner.iter().fold((0.0, 0.0), |sum, step| (sum.0 + step.0, sum.1 + step.1));
+            let inner = ramp
+                .get(1..ramp.len().saturating_sub(1))
+                .filter(|inner| !inner.is_empty())?;
+            let sum = inner
+                .iter()
+                .fold((0.0, 0.0), |sum, step| (sum.0 + step.0, sum.1 + step.1));
             Some(sum.0 / sum.1)
         };
         [
@@ -231,7 +239,12 @@ fn an_uncalibrated_base_with_fixes_stays_on_a_figure_eight() {
                 fix(bench, &mut random);
             }
         });
-        println!("{seed}: {:.1} mm, {:.1} s, end {:?}", drive.worst * 1e3, drive.references.len() as f64 * TICK, drive.end);
+        println!(
+            "{seed}: {:.1} mm, {:.1} s, end {:?}",
+            drive.worst * 1e3,
+            drive.references.len() as f64 * TICK,
+            drive.end
+        );
         assert!(drive.worst < 0.05, "{}", drive.worst);
     }
 }

@@ -79,9 +79,9 @@ impl Course {
 
 /// The line that appends a posture.
 pub fn follow(posture: &Posture) -> String {
-    let heading = posture
-        .heading
-        .map_or("-".to_owned(), |theta| format!("{}", f64::from(theta) * DEGREES));
+    let heading = posture.heading.map_or("-".to_owned(), |theta| {
+        format!("{}", f64::from(theta) * DEGREES)
+    });
     let speed = posture.speed.map_or(String::new(), |v| format!(" {v}"));
     format!("Follow {} {} {heading}{speed}", posture.x, posture.y)
 }
