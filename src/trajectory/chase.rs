@@ -4,16 +4,25 @@ use super::follower::{Order, Progress, rests};
 use super::frame::{offset, turn_to};
 use super::{KinematicLimits, Posture, Vertex};
 use crate::controller::{AxisCommand, Pose};
-use crate::math::{larger, sign, sin_cos, smaller, sqrt};
+use crate::math::{larger, limit, sign, sin_cos, smaller, sqrt};
 use crate::time::{self, Duration, Instant};
 use core::f32::consts::PI;
 
-/// The target's velocity is smoothed over so long, s.
-const SMOOTHING: f32 = 0.2;
+/// The target's velocity is smoothed over so long, s: where it is seen is known to a centimetre or so.
+const SMOOTHING: f32 = 0.5;
+/// What its direction turns by is smoothed over so long, s.
+const RATE_SMOOTHING: f32 = 1.0;
+/// It is not taken to have turned by more than this, rad.
+const FARTHEST: f32 = 1.0;
 /// Targets that come closer together than this tell nothing of its velocity, s: half of the time between the fastest updates, for they do not come evenly.
 const SHORTEST: f32 = 0.01;
 /// A target is taken to go on as it did for so much longer than the time between the last two.
 const LATENESS: f32 = 1.25;
+/// The base points to where the goal will be so much later, s …
+const LOOK_TIME: f32 = 0.8;
+/// … and by this share of the time between two targets. The nearer the point that it heads to, the more it swerves with every new target that is not where it was
+/// expected.
+const LOOK_PACE: f32 = 0.5;
 /// Nearer than this a goal has no direction, m.
 const THERE: f32 = 0.02;
 /// Nearer than this one that lies behind is gone to backward, m: to turn around takes longer than it is worth.
@@ -34,7 +43,8 @@ const LEAST: f32 = 1.7e-3;
 ///     goal = target + u t + u |u|/(2 a_s)
 /// ```
 ///
-/// Moving along with the target then is a steady state, and when no more targets come the base comes to rest by itself.
+/// Moving along with the target then is a steady state, and when no more targets come the base comes to rest by itself. u turns as the target does: with the rate
+/// ω of its direction by ω times the time since it was measured, halfway on the way to the goal.
 #[derive(Clone, Copy, Debug)]
 pub struct Chase {
     target: Option<Posture>,
@@ -47,6 +57,8 @@ pub struct Chase {
     pace: f32,
     /// u, m/s.
     velocity: [f32; 2],
+    /// What its direction turns by, rad/s.
+    rate: f32,
     /// Where the commands go from their starts, m and rad.
     moving: f32,
     turning: f32,
@@ -65,6 +77,7 @@ impl Default for Chase {
             marked: Instant::from_ticks(0),
             pace: 0.0,
             velocity: [0.0; 2],
+            rate: 0.0,
             moving: 0.0,
             turning: 0.0,
             speed: 0.0,
@@ -97,8 +110,20 @@ impl Chase {
         }
         self.pace = interval;
         let share = interval / (interval + SMOOTHING);
+        let [u, v] = self.velocity;
         for (velocity, step) in self.velocity.iter_mut().zip(step) {
             *velocity += share * (step / interval - *velocity);
+        }
+        // The sine of the angle between the two is their cross product over |u|².
+        let [new_u, new_v] = self.velocity;
+        let square = larger(u * u + v * v, new_u * new_u + new_v * new_v);
+        let rate = if square > SLOW * SLOW {
+            (u * new_v - v * new_u) / (square * interval)
+        } else {
+            0.0
+        };
+        if rate.is_finite() {
+            self.rate += interval / (interval + RATE_SMOOTHING) * (rate - self.rate);
         }
         // Nobody keeps up with more than the vehicle's own speed.
         let [u, v] = self.velocity;
@@ -106,6 +131,7 @@ impl Chase {
         let limit = limits.straight_speed();
         if !fastest.is_finite() {
             self.velocity = [0.0; 2];
+            self.rate = 0.0;
         } else if fastest > limit {
             self.velocity = [u * limit / fastest, v * limit / fastest];
         }
@@ -121,13 +147,26 @@ impl Chase {
     #[must_use]
     pub fn goal(&self, now: Instant, limits: &KinematicLimits) -> Option<Vertex> {
         let target = self.target?;
-        let [u, v] = self.velocity;
-        let age = smaller(time::seconds(self.age(now)), LATENESS * self.pace);
+        let age = self.extrapolated(now);
+        let [u, v] = self.present_velocity(age);
         let ahead = age + sqrt(u * u + v * v) / (2.0 * limits.acceleration);
         Some(Vertex {
             x: target.x + f64::from(u * ahead),
             y: target.y + f64::from(v * ahead),
         })
+    }
+
+    /// For so long the target is taken to have gone on, s.
+    fn extrapolated(&self, now: Instant) -> f32 {
+        smaller(time::seconds(self.age(now)), LATENESS * self.pace)
+    }
+
+    /// u as it is on average until an age (s). What is measured is as old as half of a step and what smooths it.
+    fn present_velocity(&self, age: f32) -> [f32; 2] {
+        let [u, v] = self.velocity;
+        let since = 0.5 * (self.pace + age) + SMOOTHING;
+        let (sin, cos) = sin_cos(limit(self.rate * since, FARTHEST));
+        [u * cos - v * sin, u * sin + v * cos]
     }
 
     /// What to command next, if anything: of a turn and a move that are both due, one after the other.
@@ -142,7 +181,15 @@ impl Chase {
             .target
             .and_then(|target| target.speed)
             .unwrap_or(limits.speed);
-        let (bearing, distance) = bearing(&progress.pose, &goal);
+        let (to_goal, distance) = bearing(&progress.pose, &goal);
+        let ahead = distance * sin_cos(to_goal).1;
+        let [u, v] = self.present_velocity(self.extrapolated(now));
+        let later = LOOK_TIME + LOOK_PACE * self.pace;
+        let aim = Vertex {
+            x: goal.x + f64::from(u * later),
+            y: goal.y + f64::from(v * later),
+        };
+        let (bearing, _) = bearing(&progress.pose, &aim);
         let cos = sin_cos(bearing).1;
         let backward = distance < NEAR && cos < 0.0;
         let bearing = if backward {
@@ -151,10 +198,8 @@ impl Chase {
             bearing
         };
         let turn = self.turn(progress, bearing, distance);
-        let ahead = distance * cos;
         // What lies aside or behind is turned to first: then the way there is short.
         let share = if backward { -cos } else { larger(cos, 0.0) };
-        let [u, v] = self.velocity;
         let eager = sqrt(u * u + v * v) + EAGERNESS * distance;
         let wanted = share * smaller(smaller(speed, limits.straight_speed()), eager);
         let due_turn = turn.and_then(|turn| self.due_turn(progress, turn, limits));
