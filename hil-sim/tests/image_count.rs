@@ -75,7 +75,7 @@ fn a_path_leaves_the_tick_alone_and_idle_its_time() {
     let mut client = Client::new(base);
     client.play(&script);
     let passed = |line: &&(u64, String)| line.1.starts_with("! posture");
-    assert!(client.lines.iter().filter(passed).count() > 3);
+    assert!(client.lines.iter().filter(passed).count() >= 2);
     let counts = client.base.counts().unwrap();
     println!("{counts}");
     assert!(counts.maximum() <= MAXIMUM, "maximum {}", counts.maximum());
