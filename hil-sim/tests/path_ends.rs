@@ -44,8 +44,14 @@ fn ends(command: &str, event: &str, recover: &[&str]) {
     let from = bench.lines.len();
     bench.send(command);
     bench.run(0.05);
-    let lines: Vec<_> = bench.lines[from..].iter().map(|(_, line)| line.as_str()).collect();
-    let told = lines.iter().copied().filter(|line| line.starts_with("! path end"));
+    let lines: Vec<_> = bench.lines[from..]
+        .iter()
+        .map(|(_, line)| line.as_str())
+        .collect();
+    let told = lines
+        .iter()
+        .copied()
+        .filter(|line| line.starts_with("! path end"));
     assert!(told.eq([event]), "{lines:?}");
     // Nothing more of it comes, whatever else does.
     bench.run(3.0);
