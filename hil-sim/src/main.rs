@@ -248,12 +248,14 @@ fn run_command(run: &Run) -> Result<()> {
     let mut base = run.base.power_up()?;
     let keep = run.plot.is_some();
     let trace = TraceFile::create(run.base.trace.as_deref(), keep, run.trace_period)?;
-    let mut out = std::io::BufWriter::new(std::io::stdout().lock());
+    let mut out = run::Transcript::new(std::io::BufWriter::new(std::io::stdout().lock()));
     let trace = run::run(base.as_mut(), &script, trace, &mut out)?;
     if let Some(trace) = trace {
         let rows = trace.into_rows()?;
         if let Some(picture) = &run.plot {
-            plot::plot(&rows, &title(&run.script, &run.base.robot), picture)?;
+            let asked = plot::asked_paths(&script, &out.text(), &rows);
+            let title = title(&run.script, &run.base.robot);
+            plot::plot(&rows, &asked, &title, picture)?;
         }
     }
     Ok(())
@@ -303,7 +305,7 @@ fn replay_command(args: &Replay) -> Result<()> {
 fn plot_command(args: &Plot) -> Result<()> {
     let rows = trace::read(&args.trace)?;
     let title = args.trace.file_name().unwrap_or_default().to_string_lossy();
-    plot::plot(&rows, &title, &args.output)
+    plot::plot(&rows, &[], &title, &args.output)
 }
 
 fn robots_command() -> Result<()> {

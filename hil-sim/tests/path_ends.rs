@@ -91,7 +91,7 @@ fn a_turn_ends_a_path_at_once() {
 
 #[test]
 fn an_emergency_stop_ends_a_path_at_once() {
-    ends("EStop", "! path end stop", &["ClearFault"]);
+    ends("EStop", "! path end fault", &["ClearFault"]);
 }
 
 #[test]
