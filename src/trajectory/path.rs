@@ -485,22 +485,28 @@ impl<const N: usize> Path<N> {
     /// Whether the vehicle can go from a pose straight to a posture.
     ///
     /// # Errors
-    /// [`PathError`] of the posture 0.
+    /// [`PathError`] of the posture 0, or [`PathError::Still`]: what [`Self::plan`] would say.
     pub fn may_go(
         start: &Pose,
         posture: &Posture,
         limits: &KinematicLimits,
     ) -> Result<(), PathError> {
-        let (dx, dy) = (posture.x - start.x, posture.y - start.y);
-        let direction = libm::atan2f(dy as f32, dx as f32);
-        let here = dx.abs() + dy.abs() < f64::from(ONE_PLACE);
+        if !limits.can_move() {
+            return Err(PathError::Still);
+        }
+        let (dx, dy) = ((posture.x - start.x) as f32, (posture.y - start.y) as f32);
+        let direction = if sqrt(dx * dx + dy * dy) < ONE_PLACE {
+            wrap(start.theta) as f32
+        } else {
+            libm::atan2f(dy, dx)
+        };
         if limits.turns_in_place {
             Ok(())
-        } else if !here && turn_to(start, direction).abs() > AIMED {
+        } else if turn_to(start, direction).abs() > AIMED {
             Err(PathError::Start(0))
         } else if posture
             .heading
-            .is_some_and(|heading| turn_to(start, heading).abs() > AIMED)
+            .is_some_and(|heading| apart(heading, direction))
         {
             Err(PathError::Sharp(0))
         } else {
