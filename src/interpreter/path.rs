@@ -96,7 +96,8 @@ pub fn row(text: &mut Text, pilot: &Pilot, number: u32, last: u32) {
     text.fixed(posture.x, 6).fixed(posture.y, 6);
     match posture.heading {
         // The nearest f32 to π is above it.
-        Some(theta) => heading(text, f64::from(theta).max(-PI).min(PI)),
+        Some(theta) if f64::from(theta.abs()) > PI => heading(text, PI),
+        Some(theta) => heading(text, f64::from(theta)),
         None => drop(text.word("-")),
     }
     match posture.speed {
