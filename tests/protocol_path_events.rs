@@ -266,6 +266,39 @@ fn each_path_that_is_replaced_is_told() {
 }
 
 #[test]
+fn what_has_happened_is_told_before_the_replies_of_later_lines() {
+    let arrival = |wait: u32, line: &str| {
+        let mut rig = Rig::new();
+        rig.unsolicited();
+        rig.ok("GoTo 0.05 0");
+        for _ in 0..wait {
+            rig.tick();
+        }
+        assert!(rig.unsolicited().is_empty());
+        // It comes in the middle of a period, and is read after the next tick.
+        rig.receive(format!("{line}\n").as_bytes());
+        rig.run(0.01);
+        rig.lines()
+    };
+    // It takes so many ms.
+    let mut rig = Rig::new();
+    rig.ok("GoTo 0.05 0");
+    rig.unsolicited();
+    let mut takes = 0;
+    while rig.unsolicited().is_empty() {
+        rig.tick();
+        takes += 1;
+    }
+    for wait in takes - 5..takes {
+        let lines = arrival(wait, "GoTo 1 0");
+        assert!(
+            lines == ["OK", "! path end replaced"] || lines == ["! path done", "OK"],
+            "{wait} of {takes} ms: {lines:?}"
+        );
+    }
+}
+
+#[test]
 fn postures_can_be_appended_on_the_way() {
     let mut rig = Rig::new();
     rig.ok("Follow 1 0");
