@@ -212,7 +212,7 @@ impl<const N: usize> Path<N> {
     /// forward, so that it can speed up. A lower speed only makes room, so once each way is enough.
     ///
     /// # Errors
-    /// [`PathError`] names the posture that the vehicle cannot come to. Nothing has changed: the plan before is in force.
+    /// [`PathError`] names the posture that the vehicle cannot come to. The postures stay, without a plan.
     pub fn plan(
         &mut self,
         start: &Pose,
@@ -225,31 +225,14 @@ impl<const N: usize> Path<N> {
         if !limits.can_move() {
             return Err(PathError::Still);
         }
-        let before = (self.entry, self.miss, self.limits);
-        let mut legs = [[0.0; 3]; N];
-        for (kept, waypoint) in legs.iter_mut().zip(&self.waypoints) {
-            *kept = [waypoint.direction, waypoint.length, waypoint.corner];
-        }
         self.limits = *limits;
         self.miss = miss;
-        let planned = self.plan_from(start);
-        if planned.is_err() {
-            // They may be of a path under way, which goes on.
-            (self.entry, self.miss, self.limits) = before;
-            for (kept, waypoint) in legs.iter().zip(&mut self.waypoints) {
-                [waypoint.direction, waypoint.length, waypoint.corner] = *kept;
-            }
-        }
-        planned
-    }
-
-    fn plan_from(&mut self, start: &Pose) -> Result<(), PathError> {
         self.entry = 0.0;
         self.lay(start)?;
         self.round();
         self.slow_down();
         self.speed_up();
-        if self.limits.turns_in_place {
+        if limits.turns_in_place {
             Ok(())
         } else {
             self.without_turns(start)
