@@ -113,7 +113,6 @@ fn what_ends_a_path_is_answered_first_and_then_told() {
         ("t 10", "turn", "Path 3 idle"),
         ("Disable", "stop", "Path 3 idle"),
         ("Follow clear", "stop", "Path 0 idle"),
-        ("Follow start", "replaced", "Path 3 path"),
         ("GoTo 0 0", "replaced", "Path 1 path"),
         ("Chase 0 0", "replaced", "Path 3 chase"),
     ] {
@@ -123,6 +122,14 @@ fn what_ends_a_path_is_answered_first_and_then_told() {
         assert_eq!(lines, ["OK", &format!("! path end {reason}")], "{line}");
         assert_eq!(rig.ask("GetPath"), after, "{line}");
     }
+}
+
+#[test]
+fn a_start_while_it_follows_changes_nothing() {
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    assert_eq!(said(&mut rig, "Follow start"), ["OK"]);
+    assert_eq!(rig.ask("GetPath"), "Path 3 path");
 }
 
 #[test]
@@ -209,7 +216,7 @@ fn an_emergency_stop_ends_a_path_at_once() {
     under_way(&mut rig);
     let lines = said(&mut rig, "EStop");
     // The motors are off in the next tick, before anything is said.
-    assert_eq!(lines, ["! path end stop", "! fault estop", "OK"]);
+    assert_eq!(lines, ["! path end fault", "! fault estop", "OK"]);
     assert_eq!(rig.ask("GetPath"), "Path 3 idle");
 }
 
