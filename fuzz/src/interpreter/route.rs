@@ -80,8 +80,14 @@ impl Session<'_> {
                     Id::MaxWheelSpeed,
                 ];
                 let still = needed.iter().any(|id| self.params.get(*id) == 0.0);
-                doubts.must.add_if(still, Codes::RANGE);
                 let starts = route == Route::Start;
+                // A path under way goes on, and nothing is planned.
+                let goes_on = starts && self.route.errand == Some(Errand::Path);
+                let may_go_on = starts && self.route.errand.is_none();
+                doubts
+                    .must
+                    .add_if(still && !goes_on && !may_go_on, Codes::RANGE);
+                doubts.may.add_if(still && may_go_on, Codes::RANGE);
                 doubts
                     .must
                     .add_if(starts && queued == Some(0), Codes::RANGE);
@@ -106,6 +112,15 @@ impl Session<'_> {
             Route::GoTo => {
                 known.queued = Some(1);
                 known.begin(Errand::Path);
+            }
+            Route::Start if known.errand == Some(Errand::Path) => {}
+            Route::Start if known.errand.is_none() => {
+                *known = Known {
+                    errand: Some(Errand::Path),
+                    passed: None,
+                    replaced: None,
+                    ..*known
+                };
             }
             Route::Start => known.begin(Errand::Path),
             Route::Chase if known.errand == Some(Errand::Chase) => {}
