@@ -131,7 +131,8 @@ mod app {
         };
         let (to_controller, requests) = ctx.local.request_mailbox.split(None);
         let (events, from_controller) = ctx.local.event_queue.split();
-        let (snapshots, known) = ctx.local.snapshot_mailbox.split(controller.snapshot());
+        let snapshot = controller.snapshot();
+        let (snapshots, known) = ctx.local.snapshot_mailbox.split(snapshot);
         let (received, bytes) = ctx.local.byte_queue.split();
         let shared = Shared {
             idle_alive: AtomicBool::new(true),
@@ -146,7 +147,7 @@ mod app {
             desk: ctx
                 .local
                 .desk_place
-                .write(Interface::new(controller.snapshot(), found.params.limits())),
+                .write(Interface::new(snapshot, found.params.limits())),
             controller,
             sensors: board.sensors,
             timer: board.timer,

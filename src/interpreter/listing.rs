@@ -22,7 +22,7 @@ impl Interpreter {
                 Listing::Params(n + 1)
             }),
             Listing::Path(number, last) => (number <= last).then(|| {
-                path::row(&mut text, &self.pilot, number);
+                path::row(&mut text, &self.pilot, number, last);
                 Listing::Path(number.saturating_add(1), last)
             }),
         };

@@ -263,12 +263,13 @@ impl Interpreter {
         {
             self.tell_fallback(fallback);
         }
+        // What it tells came before the lines that wait, and is told before their replies.
+        self.drive(desk, true);
         while self.has_room()
             && let Some(told) = self.events.pop_front()
         {
             self.tell_event(told);
         }
-        self.drive(desk, true);
         while self.has_room() && self.answer_next(desk) {}
         self.drive(desk, false);
         // What a Stop has to wait for may take long, or never end if nobody reads.

@@ -8,6 +8,7 @@ use super::text::Text;
 use super::{Desk, Interpreter, Told};
 use crate::params::Blueprint;
 use crate::trajectory::{Notice, PathEvent, Pilot, Posture, Unable};
+use core::f64::consts::PI;
 
 impl Interpreter {
     #[inline(never)]
@@ -17,7 +18,7 @@ impl Interpreter {
         command: &PathCommand,
     ) -> Result<(), Error> {
         let settings = self.params.trajectory(self.identity.period);
-        match command {
+        let done = match command {
             PathCommand::GoTo(posture) => self.pilot.go_to(desk, &settings, posture),
             PathCommand::Start => self.pilot.start(desk, &settings),
             PathCommand::Chase(target) => self.pilot.chase(desk, &settings, target),
@@ -32,18 +33,26 @@ impl Interpreter {
                 self.pilot.clear();
                 Ok(())
             }
+        };
+        // At once: the next line may replace it again, or end what came in its place.
+        if let Some(notice) = self.pilot.take_end() {
+            self.note(notice);
         }
-        .map_err(refuse_path)
+        done.map_err(refuse_path)
     }
 
     /// Lets the pilot command the base. It has its turn before the lines that wait and after them: neither keeps the other out.
     pub(super) fn drive<C: Blueprint>(&mut self, desk: &mut Desk<C>, yields: bool) {
         if let Some(notice) = self.pilot.update(desk, yields) {
-            if self.events.is_full() {
-                self.events.pop_front();
-            }
-            let _ = self.events.push_back(Told::Notice(notice));
+            self.note(notice);
         }
+    }
+
+    fn note(&mut self, notice: Notice) {
+        if self.events.is_full() {
+            self.events.pop_front();
+        }
+        let _ = self.events.push_back(Told::Notice(notice));
     }
 
     /// `Path n <errand>`, with n rows to follow.
@@ -74,16 +83,20 @@ fn check_speed<C: Blueprint>(desk: &Desk<C>, posture: &Posture) -> Result<(), Er
 }
 
 /// `~ n x y θ v` of a posture by its number; `-` for what it does not have. One that has been passed since the list began says so.
-pub fn row(text: &mut Text, pilot: &Pilot, number: u32) {
+pub fn row(text: &mut Text, pilot: &Pilot, number: u32, last: u32) {
     text.str("~").integer(i64::from(number));
-    let place = number.checked_sub(pilot.first());
-    let posture = place.and_then(|place| pilot.path().postures().nth(place as usize));
+    // Counted from behind: what has been passed leaves in front, and a path that has ended since counts from 1 again.
+    let left = last.saturating_sub(number).saturating_add(1);
+    let place = pilot.path().len().checked_sub(left as usize);
+    let posture = place.and_then(|place| pilot.path().postures().nth(place));
     let Some(posture) = posture else {
         text.word("passed");
         return;
     };
     text.fixed(posture.x, 6).fixed(posture.y, 6);
     match posture.heading {
+        // The nearest f32 to π is above it.
+        Some(theta) if f64::from(theta.abs()) > PI => heading(text, PI),
         Some(theta) => heading(text, f64::from(theta)),
         None => drop(text.word("-")),
     }

@@ -212,7 +212,7 @@ impl<const N: usize> Path<N> {
     /// forward, so that it can speed up. A lower speed only makes room, so once each way is enough.
     ///
     /// # Errors
-    /// [`PathError`] names the posture that the vehicle cannot come to. The postures stay.
+    /// [`PathError`] names the posture that the vehicle cannot come to. The postures stay, without a plan.
     pub fn plan(
         &mut self,
         start: &Pose,
@@ -248,6 +248,10 @@ impl<const N: usize> Path<N> {
         let joined = self.join_last(speed, left);
         if joined.is_err() {
             self.waypoints.pop_back();
+            // What ends the path is a stop again.
+            if let Some(last) = self.waypoints.back_mut() {
+                last.corner = 0.0;
+            }
         }
         joined
     }
@@ -485,7 +489,7 @@ impl<const N: usize> Path<N> {
     /// Whether the vehicle can go from a pose straight to a posture.
     ///
     /// # Errors
-    /// [`PathError`] of the posture 0.
+    /// [`PathError`] of the posture 0, or [`PathError::Still`]: what [`Self::plan`] would say.
     pub fn may_go(
         start: &Pose,
         posture: &Posture,
@@ -494,16 +498,19 @@ impl<const N: usize> Path<N> {
         if !limits.can_move() {
             return Err(PathError::Still);
         }
-        let (dx, dy) = (posture.x - start.x, posture.y - start.y);
-        let direction = libm::atan2f(dy as f32, dx as f32);
-        let here = dx.abs() + dy.abs() < f64::from(ONE_PLACE);
+        let (dx, dy) = ((posture.x - start.x) as f32, (posture.y - start.y) as f32);
+        let direction = if sqrt(dx * dx + dy * dy) < ONE_PLACE {
+            wrap(start.theta) as f32
+        } else {
+            libm::atan2f(dy, dx)
+        };
         if limits.turns_in_place {
             Ok(())
-        } else if !here && turn_to(start, direction).abs() > AIMED {
+        } else if turn_to(start, direction).abs() > AIMED {
             Err(PathError::Start(0))
         } else if posture
             .heading
-            .is_some_and(|heading| turn_to(start, heading).abs() > AIMED)
+            .is_some_and(|heading| apart(heading, direction))
         {
             Err(PathError::Sharp(0))
         } else {

@@ -274,6 +274,9 @@ impl<const N: usize> Pilot<N> {
         target: &Posture,
     ) -> Result<(), Unable> {
         desk.may_move()?;
+        if !settings.limits.can_move() {
+            return Err(PathError::Still.into());
+        }
         if self.activity != Activity::Driving(Errand::Chase) {
             self.begin(desk, settings);
             self.follower.end();
@@ -284,6 +287,11 @@ impl<const N: usize> Pilot<N> {
         self.chase
             .replace(*target, desk.snapshot().time, &settings.limits);
         Ok(())
+    }
+
+    /// The end of what has just been replaced: the next [`update`](Self::update) tells it, unless it is asked for before.
+    pub fn take_end(&mut self) -> Option<Notice> {
+        self.ended.take()
     }
 
     fn begin<C>(&mut self, desk: &mut Interface<C>, settings: &Settings) {

@@ -56,6 +56,7 @@ impl Session<'_> {
                 Codes::GATE,
                 Codes::NOT_PSD,
                 Codes::STORAGE,
+                Codes::FULL,
             ] {
                 doubts.may.add(code);
             }
@@ -115,6 +116,7 @@ impl Session<'_> {
                 let gated = self.params.get(Id::Gate) > 0.0;
                 doubts.may.add_if(straight && gated, Codes::GATE);
             }
+            Ask::Route(route) => self.judge_route(route, doubts),
             Ask::Plain(_)
             | Ask::Help
             | Ask::Stream
@@ -164,7 +166,7 @@ impl Session<'_> {
         if self.framing_only {
             self.params = *self.base.interpreter.params();
             self.note_limits();
-            self.expect_rows(ask);
+            self.expect_rows(ask, reply);
             return false;
         }
         let snapshot: &Snapshot = self.base.snapshot();
@@ -189,7 +191,11 @@ impl Session<'_> {
             }
             Ask::Plain("ListParams") => {
                 assert_eq!(reply, format!("Params {}", Params::default().count()));
-                self.expect_rows(ask);
+                self.expect_rows(ask, reply);
+                return false;
+            }
+            Ask::Plain("GetPath") => {
+                self.expect_rows(ask, reply);
                 return false;
             }
             Ask::Plain(command) if command.starts_with("Get") || command == "Version" => {
@@ -230,6 +236,7 @@ impl Session<'_> {
                 self.params = *self.base.interpreter.params();
                 self.note_limits();
             }
+            Ask::Route(route) => return self.obeyed_route(route),
             Ask::ResetPos(pose, _) if !self.stale => self.placed = Some(pose),
             Ask::Calibrate(Calibrate::Learn(learns)) => self.learns = learns,
             Ask::Calibrate(Calibrate::Straight) => self.take_gains(),

@@ -1,0 +1,555 @@
+//! The serial protocol: how paths and chases go and end, what is told of it, and what is left in the queue.
+
+mod common;
+
+use common::{PERIOD, Rig};
+use vehicle_controller::time;
+
+/// A path of three postures, under way.
+fn under_way(rig: &mut Rig) {
+    for line in ["Follow 1 0", "Follow 1 1", "Follow 0 1 180", "Follow start"] {
+        rig.ok(line);
+    }
+    rig.run(1.0);
+    assert_eq!(rig.ask("GetPath"), "Path 3 path");
+    rig.unsolicited();
+}
+
+/// All that is said until the base rests.
+fn until_rest(rig: &mut Rig) -> Vec<String> {
+    let mut lines = rig.unsolicited();
+    for _ in 0..60 {
+        rig.run(1.0);
+        lines.extend(rig.unsolicited());
+        if !rig.snapshot().is_moving() && rig.ask("GetPath").ends_with(" idle") {
+            lines.extend(rig.unsolicited());
+            lines.retain(|line| !line.starts_with("~ "));
+            return lines;
+        }
+    }
+    panic!("it never rests: {lines:?}");
+}
+
+fn said(rig: &mut Rig, line: &str) -> Vec<String> {
+    rig.receive(format!("{line}\n").as_bytes());
+    rig.pump();
+    // An order of the path's own may be on its way, and an event takes a tick or two.
+    rig.run(0.01);
+    rig.lines()
+}
+
+fn assert_at(rig: &mut Rig, x: f64, y: f64, theta: f64) {
+    let pose = rig.data("GetEstPos", "EstPos");
+    // The default tolerances of arrival.
+    let off = (pose[0] - x).hypot(pose[1] - y);
+    let turn = (pose[2] - theta) / 360.0;
+    assert!(off <= 0.003, "{pose:?}");
+    assert!((turn - turn.round()).abs() * 360.0 <= 0.4, "{pose:?}");
+}
+
+#[test]
+fn a_path_tells_each_posture_and_its_end_and_nothing_of_its_own_moves() {
+    let mut rig = Rig::new();
+    rig.unsolicited();
+    under_way(&mut rig);
+    assert_eq!(
+        until_rest(&mut rig),
+        ["! posture 1", "! posture 2", "! path done"]
+    );
+    assert_at(&mut rig, 0.0, 1.0, 180.0);
+    assert_eq!(rig.ask("GetPath"), "Path 0 idle");
+    // Later ones are told again.
+    rig.ok("m 0.1");
+    rig.ok("t 10");
+    rig.run(2.0);
+    let events = rig.unsolicited();
+    assert_eq!(events.len(), 2, "{events:?}");
+    assert!(events.iter().any(|line| line.starts_with("! move done ")));
+    assert!(events.iter().any(|line| line.starts_with("! turn done ")));
+}
+
+#[test]
+fn go_to_goes_there_from_anywhere() {
+    let mut rig = Rig::new();
+    rig.unsolicited();
+    for (line, [x, y, theta]) in [
+        ("GoTo 0 0", [0.0, 0.0, 0.0]),
+        ("GoTo 0 0 45", [0.0, 0.0, 45.0]),
+        ("GoTo -0.5 0 -90", [-0.5, 0.0, -90.0]),
+        ("goto -0.5, -0.3, 270", [-0.5, -0.3, -90.0]),
+        ("GoTo 0.2 -0.3", [0.2, -0.3, 0.0]),
+        ("GoTo 0.2 -0.3 -", [0.2, -0.3, 0.0]),
+    ] {
+        rig.ok(line);
+        assert_eq!(until_rest(&mut rig), ["! path done"], "{line}");
+        assert_at(&mut rig, x, y, theta);
+    }
+}
+
+#[test]
+fn go_to_forgets_the_queue_and_brings_a_moving_base_to_rest_first() {
+    let mut rig = Rig::new();
+    rig.ok("Follow 5 5");
+    rig.ok("m inf 0.3");
+    rig.run(1.0);
+    rig.unsolicited();
+    rig.ok("GoTo 0 0 0");
+    assert_eq!(rig.ask("GetPath"), "Path 1 path");
+    assert_eq!(
+        rig.unsolicited(),
+        ["~ 1 0.000000 0.000000 0.00000 -"],
+        "a move that is replaced is no path that ends"
+    );
+    assert_eq!(until_rest(&mut rig), ["! path done"]);
+    assert_at(&mut rig, 0.0, 0.0, 0.0);
+}
+
+#[test]
+fn what_ends_a_path_is_answered_first_and_then_told() {
+    for (line, reason, after) in [
+        ("Stop", "stop", "Path 3 idle"),
+        ("m 0.1", "move", "Path 3 idle"),
+        ("m 0 0", "move", "Path 3 idle"),
+        ("t 10", "turn", "Path 3 idle"),
+        ("Disable", "stop", "Path 3 idle"),
+        ("Follow clear", "stop", "Path 0 idle"),
+        ("GoTo 0 0", "replaced", "Path 1 path"),
+        ("Chase 0 0", "replaced", "Path 3 chase"),
+    ] {
+        let mut rig = Rig::new();
+        under_way(&mut rig);
+        let lines = said(&mut rig, line);
+        assert_eq!(lines, ["OK", &format!("! path end {reason}")], "{line}");
+        assert_eq!(rig.ask("GetPath"), after, "{line}");
+    }
+}
+
+#[test]
+fn a_start_while_it_follows_changes_nothing() {
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    assert_eq!(said(&mut rig, "Follow start"), ["OK"]);
+    assert_eq!(rig.ask("GetPath"), "Path 3 path");
+}
+
+#[test]
+fn a_stop_is_told_once_the_base_rests_and_the_end_at_once() {
+    for (line, stop) in [
+        ("Stop", "! stop command"),
+        ("Disable", "! stop disable"),
+        ("Follow clear", "! stop command"),
+    ] {
+        let mut rig = Rig::new();
+        under_way(&mut rig);
+        assert_eq!(said(&mut rig, line), ["OK", "! path end stop"], "{line}");
+        assert!(rig.snapshot().is_moving());
+        assert_eq!(until_rest(&mut rig), [stop], "{line}");
+    }
+}
+
+#[test]
+fn what_is_left_of_a_path_can_be_gone_on_with() {
+    for line in ["Stop", "m 0 0.1", "EStop", "Disable"] {
+        let mut rig = Rig::new();
+        under_way(&mut rig);
+        rig.run(4.0);
+        assert_eq!(rig.unsolicited(), ["! posture 1"]);
+        rig.ok(line);
+        rig.run(2.0);
+        rig.unsolicited();
+        assert_eq!(rig.ask("GetPath"), "Path 2 idle", "{line}");
+        // What is left is counted from 1 again.
+        assert_eq!(
+            rig.unsolicited(),
+            [
+                "~ 1 1.000000 1.000000 - -",
+                "~ 2 0.000000 1.000000 180.00000 -"
+            ]
+        );
+        match line {
+            "EStop" => rig.ok("ClearFault"),
+            "Disable" => rig.ok("Enable"),
+            _ => {}
+        }
+        rig.run(1.0);
+        assert!(!rig.snapshot().is_moving(), "{line}");
+        rig.ok("Follow start");
+        assert_eq!(
+            until_rest(&mut rig),
+            ["! posture 1", "! path done"],
+            "{line}"
+        );
+        assert_at(&mut rig, 0.0, 1.0, 180.0);
+    }
+}
+
+#[test]
+fn a_fault_ends_a_path_and_a_chase() {
+    for chases in [false, true] {
+        let mut rig = Rig::new();
+        let errand = if chases { "chase" } else { "path" };
+        if chases {
+            rig.ok("Chase 2 0");
+            rig.run(0.5);
+            rig.unsolicited();
+        } else {
+            under_way(&mut rig);
+        }
+        rig.broken.set(true);
+        rig.run(0.1);
+        let lines = rig.lines();
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert!(lines[0].starts_with("! fault "), "{lines:?}");
+        assert_eq!(lines[1], format!("! {errand} end fault"));
+        rig.broken.set(false);
+        rig.run(0.1);
+        rig.ok("ClearFault");
+        rig.run(1.0);
+        assert!(!rig.snapshot().is_moving());
+        assert!(rig.unsolicited().is_empty());
+    }
+}
+
+#[test]
+fn an_emergency_stop_ends_a_path_at_once() {
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    let lines = said(&mut rig, "EStop");
+    // The motors are off in the next tick, before anything is said.
+    assert_eq!(lines, ["! path end fault", "! fault estop", "OK"]);
+    assert_eq!(rig.ask("GetPath"), "Path 3 idle");
+}
+
+#[test]
+fn the_move_that_ends_a_path_is_told_when_it_is_done() {
+    for end in ["m 0.1", "m 0"] {
+        let mut rig = Rig::new();
+        under_way(&mut rig);
+        rig.ok(end);
+        rig.run(3.0);
+        let events = rig.unsolicited();
+        assert_eq!(events[0], "! path end move", "{end}");
+        let done = events
+            .iter()
+            .filter(|line| line.starts_with("! move done "))
+            .count();
+        assert_eq!((events.len(), done), (2, 1), "{end}: {events:?}");
+    }
+}
+
+#[test]
+fn a_move_right_behind_a_go_to_is_told_when_it_is_done() {
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    rig.ok("m 0 0");
+    rig.run(2.0);
+    rig.unsolicited();
+    // All are read at once; where it stands, the move is over in the next tick.
+    let replies = rig.ask_all(b"GoTo 3 0\nGoTo 2 0\nm 0 0.1\n", 3);
+    assert_eq!(replies, ["OK"; 3]);
+    rig.run(1.0);
+    let events = rig.unsolicited();
+    assert_eq!(events.len(), 3, "{events:?}");
+    assert_eq!(events[..2], ["! path end replaced", "! path end move"]);
+    assert!(events[2].starts_with("! move done "), "{events:?}");
+}
+
+#[test]
+fn each_path_that_is_replaced_is_told() {
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    let replies = rig.ask_all(b"GoTo 1 0\nChase 2 0\nGoTo 3 0\nm 0 0\n", 4);
+    assert_eq!(replies, ["OK"; 4]);
+    rig.run(0.1);
+    assert_eq!(
+        rig.unsolicited(),
+        [
+            "! path end replaced",
+            "! path end replaced",
+            "! chase end replaced",
+            "! path end move"
+        ]
+    );
+}
+
+#[test]
+fn what_has_happened_is_told_before_the_replies_of_later_lines() {
+    let arrival = |wait: u32, line: &str| {
+        let mut rig = Rig::new();
+        rig.unsolicited();
+        rig.ok("GoTo 0.05 0");
+        for _ in 0..wait {
+            rig.tick();
+        }
+        assert!(rig.unsolicited().is_empty());
+        // It comes in the middle of a period, and is read after the next tick.
+        rig.receive(format!("{line}\n").as_bytes());
+        rig.run(0.01);
+        rig.lines()
+    };
+    // It takes so many ms.
+    let mut rig = Rig::new();
+    rig.ok("GoTo 0.05 0");
+    rig.unsolicited();
+    let mut takes = 0;
+    while rig.unsolicited().is_empty() {
+        rig.tick();
+        takes += 1;
+    }
+    for wait in takes - 5..takes {
+        let lines = arrival(wait, "GoTo 1 0");
+        assert!(
+            lines == ["OK", "! path end replaced"] || lines == ["! path done", "OK"],
+            "{wait} of {takes} ms: {lines:?}"
+        );
+    }
+}
+
+#[test]
+fn postures_can_be_appended_on_the_way() {
+    let mut rig = Rig::new();
+    rig.ok("Follow 1 0");
+    rig.ok("Follow start");
+    rig.run(1.0);
+    rig.ok("Follow 1 1");
+    rig.ok("Follow 2 1 - 0.1");
+    rig.unsolicited();
+    assert_eq!(rig.ask("GetPath"), "Path 3 path");
+    rig.run(4.0);
+    let lines = rig.unsolicited();
+    assert_eq!(lines.last().map(String::as_str), Some("! posture 1"));
+    rig.ok("Follow 2 0 0");
+    assert_eq!(rig.ask("GetPath"), "Path 3 path");
+    // They keep their numbers.
+    assert_eq!(
+        rig.unsolicited(),
+        [
+            "~ 2 1.000000 1.000000 - -",
+            "~ 3 2.000000 1.000000 - 0.1",
+            "~ 4 2.000000 0.000000 0.00000 -"
+        ]
+    );
+    assert_eq!(
+        until_rest(&mut rig),
+        ["! posture 2", "! posture 3", "! path done"]
+    );
+    assert_at(&mut rig, 2.0, 0.0, 0.0);
+}
+
+#[test]
+fn what_is_appended_after_the_end_waits_for_a_start() {
+    let mut rig = Rig::new();
+    rig.ok("GoTo 0.2 0");
+    assert_eq!(until_rest(&mut rig), ["! boot power-on", "! path done"]);
+    rig.ok("Follow 1 0");
+    rig.run(1.0);
+    assert_eq!(rig.ask("GetPath"), "Path 1 idle");
+    rig.unsolicited();
+    assert!(!rig.snapshot().is_moving());
+    // So it does while a target is chased.
+    rig.ok("Chase 0.5 0");
+    rig.ok("Follow 2 0");
+    assert_eq!(rig.ask("GetPath"), "Path 2 chase");
+    assert_eq!(rig.unsolicited().len(), 2);
+    assert_eq!(until_rest(&mut rig), ["! chase end timeout"]);
+    assert_eq!(rig.ask("GetPath"), "Path 2 idle");
+}
+
+#[test]
+fn a_chase_ends_when_no_target_comes() {
+    let mut rig = Rig::new();
+    rig.unsolicited();
+    // At 20 Hz a target goes along at 0.2 m/s.
+    for n in 0..60 {
+        let x = 0.5 + 0.01 * f64::from(n);
+        assert_eq!(rig.ask(&format!("Chase {x} 0.2")), "OK");
+        rig.run(0.05);
+    }
+    assert_eq!(rig.unsolicited(), Vec::<String>::new());
+    assert_eq!(rig.ask("GetPath"), "Path 0 chase");
+    rig.run(1.4);
+    assert_eq!(rig.unsolicited(), Vec::<String>::new());
+    // 1.5 s are the default, and it may have to brake from 0.3 m/s at 0.5 m/s².
+    rig.run(0.8);
+    assert_eq!(rig.unsolicited(), ["! chase end timeout"]);
+    assert!(!rig.snapshot().is_moving());
+    // The end is no `move`, and a new one may begin.
+    rig.ok("Chase 1 0 90");
+    assert_eq!(until_rest(&mut rig), ["! chase end timeout"]);
+}
+
+#[test]
+fn what_ends_a_chase_is_told() {
+    for (line, reason, after) in [
+        ("Stop", "stop", "Path 1 idle"),
+        ("m 0.1", "move", "Path 1 idle"),
+        ("t 10", "turn", "Path 1 idle"),
+        ("Disable", "stop", "Path 1 idle"),
+        ("GoTo 1 0", "replaced", "Path 1 path"),
+        ("Follow start", "replaced", "Path 1 path"),
+    ] {
+        let mut rig = Rig::new();
+        rig.ok("Follow 3 0");
+        rig.ok("Chase 2 0.5");
+        rig.run(0.5);
+        rig.unsolicited();
+        // A target that is replaced is no chase that ends.
+        rig.ok("Chase 2 0.6 45");
+        let lines = said(&mut rig, line);
+        assert_eq!(lines, ["OK", &format!("! chase end {reason}")], "{line}");
+        assert_eq!(rig.ask("GetPath"), after, "{line}");
+    }
+}
+
+#[test]
+fn an_emergency_stop_overtakes_go_to_lines() {
+    let mut rig = Rig::new();
+    rig.unsolicited();
+    let replies = rig.ask_all(b"GoTo 1 0\nFollow 2 0\nChase 2 0\nEStop\n", 4);
+    assert_eq!(replies, ["ERR fault estop", "OK", "ERR fault estop", "OK"]);
+    rig.run(1.0);
+    assert_eq!(rig.unsolicited(), ["! fault estop"]);
+    assert_eq!(rig.ask("GetPath"), "Path 1 idle");
+    assert_eq!(rig.data("GetEstPos", "EstPos")[..3], [0.0; 3]);
+    // And those behind it come too late as well.
+    rig.ok("ClearFault");
+    rig.unsolicited();
+    let replies = rig.ask_all(b"EStop\nGoTo 1 0\n", 2);
+    assert_eq!(replies, ["OK", "ERR fault estop"]);
+}
+
+#[test]
+fn a_path_behind_a_stop_begins_when_the_base_rests() {
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    let replies = rig.ask_all(b"Stop\nGoTo 0 1\n", 2);
+    assert_eq!(replies, ["OK", "OK"]);
+    let lines = until_rest(&mut rig);
+    assert_eq!(lines, ["! path end stop", "! path done"]);
+    let [x, y] = [0, 1].map(|i| rig.data("GetEstPos", "EstPos")[i]);
+    assert!(x.hypot(y - 1.0) <= 0.003, "{x} {y}");
+}
+
+#[test]
+fn rows_under_way_tell_what_has_been_passed_meanwhile() {
+    let mut rig = Rig::new();
+    for n in 1..=32 {
+        rig.ok(&format!("Follow {}.5 0", n - 1));
+    }
+    rig.ok("Follow start");
+    rig.run(1.0);
+    rig.unsolicited();
+    rig.listening = false;
+    rig.ok_unheard("GetPath");
+    // At 0.3 m/s, ten of them; what has been said waits to be heard.
+    rig.run(32.0);
+    rig.listening = true;
+    rig.run(0.1);
+    let lines = rig.lines();
+    let rows: Vec<&String> = lines.iter().filter(|l| l.starts_with("~ ")).collect();
+    assert_eq!(rows.len(), 32, "{lines:?}");
+    for (number, row) in (1..).zip(rows) {
+        let whole = format!("~ {number} {}.500000 0.000000 - -", number - 1);
+        let passed = format!("~ {number} passed");
+        assert!(*row == whole || *row == passed, "{row}");
+        assert!(number < 30 || *row == whole, "{row}");
+    }
+}
+
+#[test]
+fn rows_under_way_keep_their_numbers_when_the_path_ends() {
+    let mut rig = Rig::new();
+    for n in 1..=32 {
+        rig.ok(&format!("Follow {}.5 0", n - 1));
+    }
+    rig.ok("Follow start");
+    rig.run(10.0);
+    rig.unsolicited();
+    rig.listening = false;
+    rig.ok_unheard("GetPath");
+    // It is obeyed at once, though the list is not through.
+    rig.ok_unheard("Stop");
+    rig.run(3.0);
+    rig.listening = true;
+    rig.run(0.1);
+    let lines = rig.lines();
+    let rows: Vec<&String> = lines.iter().filter(|l| l.starts_with("~ ")).collect();
+    let first = 32 - rows.len() + 1;
+    assert!(first > 2, "{lines:?}");
+    for (number, row) in (first..).zip(rows) {
+        let whole = format!("~ {number} {}.500000 0.000000 - -", number - 1);
+        assert_eq!(*row, whole);
+    }
+    assert!(lines.contains(&"! path end stop".to_owned()), "{lines:?}");
+}
+
+/// How long a path takes while this is sent in every tick, s; every line is answered.
+fn time_among(lines: &str) -> f64 {
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    let (mut sent, mut ticks) = (0, 0);
+    let mut heard = Vec::new();
+    while !heard.contains(&"! path done".to_owned()) {
+        rig.receive(lines.as_bytes());
+        sent += lines.lines().count();
+        rig.tick();
+        heard.extend(rig.lines());
+        ticks += 1;
+        assert!(ticks < 60_000, "the path is not driven");
+    }
+    for _ in 0..1000 {
+        rig.tick();
+        heard.extend(rig.lines());
+    }
+    let postures = heard.iter().filter(|l| l.starts_with("! posture ")).count();
+    assert_eq!(postures, 2, "{lines:?}");
+    let replies = heard.iter().filter(|line| !line.starts_with("! "));
+    assert_eq!(replies.count(), sent, "{lines:?}");
+    assert!(
+        lines.is_empty()
+            || heard
+                .iter()
+                .any(|line| !line.starts_with("ERR busy") && !line.starts_with('!')),
+        "{lines:?}"
+    );
+    assert_at(&mut rig, 0.0, 1.0, 180.0);
+    ticks as f64 * f64::from(time::seconds(PERIOD))
+}
+
+#[test]
+fn a_flood_of_lines_keeps_no_path_from_being_driven() {
+    let alone = time_among("");
+    for lines in [
+        "GetTime\n",
+        "GetEstPos\nGetEstPos\nGetEstPos\nGetEstPos\n",
+        "Hello\nm 1 -1\nt 1 1 -1\nGoTo\n",
+        "SetParam gate 25\n",
+        "SetParam gate 25\nSetParam gate 25\nSetParam gate 25\nSetParam gate 25\n",
+        "Stream 0\nSetParam deadman 1\nGetPath 1\nSetParam corner 0.1\n",
+    ] {
+        let time = time_among(lines);
+        // Each of some ten orders may be a few ticks late, and a corner or an approach a little different.
+        assert!(time < alone + 0.5, "{lines:?}: {time} s, not {alone} s");
+    }
+}
+
+#[test]
+fn fixes_in_every_tick_keep_no_path_from_being_driven() {
+    let mut rig = Rig::noiseless();
+    under_way(&mut rig);
+    let mut heard = Vec::new();
+    for _ in 0..30_000 {
+        let pose = rig.estimate().pose;
+        let (x, y, theta) = (pose.x, pose.y, pose.theta.to_degrees());
+        rig.receive(format!("ObservePos {x:.6} {y:.6} {theta:.5} 1 0 0 1 0 100\n").as_bytes());
+        rig.tick();
+        heard.extend(rig.lines());
+        if heard.last().is_some_and(|line| line == "! path done") {
+            break;
+        }
+    }
+    heard.retain(|line| line.starts_with("! "));
+    assert_eq!(heard, ["! posture 1", "! posture 2", "! path done"]);
+    let replies = rig.ask_all(b"", 0);
+    assert!(replies.is_empty());
+}
