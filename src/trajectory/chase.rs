@@ -29,6 +29,8 @@ const THERE: f32 = 0.02;
 const NEAR: f32 = 0.1;
 /// The faster than the target, the farther from it, 1/s: a slow target is followed slowly, not in leaps.
 const EAGERNESS: f32 = 2.0;
+/// A target that is as fast as the base would go is caught up with at so much of its speed: a default speed is no limit.
+const CATCH_UP: f32 = 1.2;
 /// Below this speeds do not differ, m/s.
 const SLOW: f32 = 0.02;
 /// A turn or a way that differs from the one under way by less than this needs no command, rad and m.
@@ -177,10 +179,6 @@ impl Chase {
         limits: &KinematicLimits,
     ) -> Option<Order> {
         let goal = self.goal(now, limits)?;
-        let speed = self
-            .target
-            .and_then(|target| target.speed)
-            .unwrap_or(limits.speed);
         let (to_goal, distance) = bearing(&progress.pose, &goal);
         let ahead = distance * sin_cos(to_goal).1;
         let [u, v] = self.present_velocity(self.extrapolated(now));
@@ -200,8 +198,13 @@ impl Chase {
         let turn = self.turn(progress, bearing, distance);
         // What lies aside or behind is turned to first: then the way there is short.
         let share = if backward { -cos } else { larger(cos, 0.0) };
-        let eager = sqrt(u * u + v * v) + EAGERNESS * distance;
-        let wanted = share * smaller(smaller(speed, limits.straight_speed()), eager);
+        let target_speed = sqrt(u * u + v * v);
+        let speed = self
+            .target
+            .and_then(|target| target.speed)
+            .unwrap_or(larger(limits.speed, CATCH_UP * target_speed));
+        let eager = target_speed + EAGERNESS * distance;
+        let wanted = share * smaller(smaller(speed, limits.wheel_speed), eager);
         let due_turn = turn.and_then(|turn| self.due_turn(progress, turn, limits));
         let due_move = self.due_move(progress, ahead, wanted, limits);
         let order = if self.turned {
