@@ -76,7 +76,7 @@ impl Queue {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         match words[..] {
             ["follow", "start"] if self.errand != Errand::Path => self.set_out(pose()),
-            ["follow", "clear"] => {
+            ["follow", "clear"] | ["!", "path", "done"] => {
                 self.places.clear();
                 self.errand = Errand::None;
             }
@@ -110,10 +110,6 @@ impl Queue {
                     .push(place);
             }
             ["!", "posture", _] if !self.places.is_empty() => drop(self.places.remove(0)),
-            ["!", "path", "done"] => {
-                self.places.clear();
-                self.errand = Errand::None;
-            }
             // It has begun what replaces it.
             ["!", "path" | "chase", "end", "replaced"] => {}
             ["!", "path" | "chase", "end", _] => self.errand = Errand::None,

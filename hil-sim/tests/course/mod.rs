@@ -111,7 +111,7 @@ pub fn polyline(random: &mut Random, longest: f64) -> Vec<Posture> {
             x,
             y,
             heading: (between(0.0, 1.0) < 0.1).then(|| between(-PI, PI) as f32),
-            speed: (between(0.0, 1.0) < 0.3).then(|| between(0.1, 0.6) as f32),
+            speed: (between(0.0, 1.0) < 0.3).then(|| between(0.1, 0.5) as f32),
         });
     }
     postures
