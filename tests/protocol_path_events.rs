@@ -379,6 +379,24 @@ fn a_chase_ends_when_no_target_comes() {
 }
 
 #[test]
+fn a_target_that_comes_while_it_brakes_is_chased_on() {
+    let mut rig = Rig::new();
+    rig.ok("SetParam chase_timeout 0.2");
+    rig.ok("Chase 3 0");
+    rig.run(0.15);
+    rig.ok("Chase 3 0");
+    // It is over after 0.2 s, and has to brake from 0.17 m/s at 0.5 m/s² or faster.
+    rig.run(0.25);
+    assert_eq!(rig.ask("GetPath"), "Path 0 chase");
+    let speed = rig.snapshot().translation.reference_speed;
+    rig.ok("Chase 3 0");
+    rig.run(0.1);
+    assert!(rig.snapshot().translation.reference_speed > speed);
+    assert_eq!(rig.unsolicited(), ["! boot power-on"]);
+    assert_eq!(until_rest(&mut rig), ["! chase end timeout"]);
+}
+
+#[test]
 fn what_ends_a_chase_is_told() {
     for (line, reason, after) in [
         ("Stop", "stop", "Path 1 idle"),

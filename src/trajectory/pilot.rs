@@ -235,7 +235,7 @@ impl<const N: usize> Pilot<N> {
             settings.tolerance,
             &settings.limits,
         )?;
-        self.begin(desk, settings);
+        self.begin(desk, settings, Errand::Path);
         self.activity = if self.follower.may_start(&progress) {
             Activity::Driving(Errand::Path)
         } else {
@@ -278,7 +278,7 @@ impl<const N: usize> Pilot<N> {
             return Err(PathError::Still.into());
         }
         if self.activity != Activity::Driving(Errand::Chase) {
-            self.begin(desk, settings);
+            self.begin(desk, settings, Errand::Chase);
             self.follower.end();
             self.chase = Chase::default();
             self.activity = Activity::Driving(Errand::Chase);
@@ -294,9 +294,12 @@ impl<const N: usize> Pilot<N> {
         self.ended.take()
     }
 
-    fn begin<C>(&mut self, desk: &mut Interface<C>, settings: &Settings) {
-        if let Some(errand) = self.errand() {
-            self.ended = Some(Notice::End(errand, Ending::Replaced));
+    fn begin<C>(&mut self, desk: &mut Interface<C>, settings: &Settings, errand: Errand) {
+        // A target that comes late, while the base brakes for want of one, belongs to the same chase.
+        if let Some(before) = self.errand()
+            && (before, errand) != (Errand::Chase, Errand::Chase)
+        {
+            self.ended = Some(Notice::End(before, Ending::Replaced));
         }
         // What was asked for before is what this replaces.
         desk.take_asked();
