@@ -1,4 +1,4 @@
-//! The serial protocol: paths and chases. What is refused, and how; what GetPath lists. How they go and end: `protocol_path_events`.
+//! The serial protocol: paths and chases. What is refused, and how; what GetPath lists. How they go and end: `protocol_path_events`; among many lines: `protocol_path_load`.
 
 mod common;
 
