@@ -405,3 +405,53 @@ fn a_path_behind_a_stop_begins_when_the_base_rests() {
     let [x, y] = [0, 1].map(|i| rig.data("GetEstPos", "EstPos")[i]);
     assert!(x.hypot(y - 1.0) <= 0.003, "{x} {y}");
 }
+
+#[test]
+fn a_turn_leaves_nothing_of_the_paths_way_and_a_move_nothing_of_its_turn() {
+    // The whole first leg is left.
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    let at = rig.data("GetEstPos", "EstPos")[0];
+    let speed = rig.data("GetEstSpeed", "EstSpeed")[0];
+    assert_eq!(said(&mut rig, "t 90"), ["OK", "! path end turn"]);
+    let lines = until_rest(&mut rig);
+    // Its own end is told, and no other.
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    assert!(lines[0].starts_with("! turn done "));
+    let pose = rig.data("GetEstPos", "EstPos");
+    // Braking at move_accel, 0.5 m/s², and a centimetre of ticks and lines.
+    let braking = speed * speed;
+    assert!(speed > 0.2 && pose[0] - at < braking + 0.01, "{pose:?}");
+    assert!((pose[2] - 90.0).abs() < 0.2, "{pose:?}");
+
+    // In its first corner.
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    while rig.data("GetEstSpeed", "EstSpeed")[1] < 30.0 {
+        rig.run(0.01);
+    }
+    rig.unsolicited();
+    assert_eq!(said(&mut rig, "m 0.2"), ["OK", "! path end move"]);
+    let [_, _, turning] = rig.data("GetEstPos", "EstPos")[..3] else {
+        panic!()
+    };
+    let lines = until_rest(&mut rig);
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    assert!(lines[0].starts_with("! move done "));
+    let turned = rig.data("GetEstPos", "EstPos")[2];
+    // From up to 90 °/s at 180 °/s² it takes 22.5° to stop; the corner had 90° to go.
+    assert!(turned - turning < 23.0 && turned < 80.0, "{turned}");
+    assert_eq!(rig.data("GetEstSpeed", "EstSpeed")[1], 0.0);
+}
+
+#[test]
+fn what_is_asked_after_the_end_of_a_path_is_not_taken_back() {
+    let mut rig = Rig::new();
+    under_way(&mut rig);
+    assert_eq!(rig.ask_all(b"t 30\nm 0.3\n", 2), ["OK"; 2]);
+    let lines = until_rest(&mut rig);
+    assert!(lines.contains(&"! path end turn".into()), "{lines:?}");
+    assert!(lines.iter().any(|line| line.starts_with("! move done ")));
+    assert!(lines.iter().any(|line| line.starts_with("! turn done ")));
+    assert_eq!(lines.len(), 3, "{lines:?}");
+}

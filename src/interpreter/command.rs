@@ -393,7 +393,8 @@ fn follow(words: &mut Words<'_>) -> Result<PathCommand, Error> {
     }
     (words.rest, words.after_comma) = before;
     let posture = posture(words)?;
-    let speed = words.optional(&range("v", 0.001, 1e9, "m/s"))?;
+    // How fast is the base's to judge.
+    let speed = words.optional(&range("v", f32::MIN, f32::MAX, "m/s"))?;
     Ok(PathCommand::Append(Posture {
         speed: speed.map(|speed| speed as f32),
         ..posture

@@ -49,9 +49,7 @@ impl Interpreter {
     }
 
     fn note(&mut self, notice: Notice) {
-        if self.events.is_full() {
-            self.events.pop_front();
-        }
+        // Of a full queue nobody has taken anything for long: see `notify`.
         let _ = self.events.push_back(Told::Notice(notice));
     }
 
@@ -69,12 +67,15 @@ impl Interpreter {
     }
 }
 
+/// On the way to a posture, m/s: slower is not on its way.
+const MIN_SPEED: f32 = 0.001;
+
 fn check_speed<C: Blueprint>(desk: &Desk<C>, posture: &Posture) -> Result<(), Error> {
     let max = desk.limits().speed;
     match posture.speed {
-        Some(speed) if speed > max => Err(Error::Range {
+        Some(speed) if !(MIN_SPEED..=max).contains(&speed) => Err(Error::Range {
             name: "v",
-            min: 0.001,
+            min: MIN_SPEED,
             max,
             unit: "m/s",
         }),

@@ -1,7 +1,7 @@
 //! Heads to a posture that moves ("their current target is replaced with this newest target", [C §7]).
 
-use super::follower::{Order, Progress, rests};
 use super::frame::{offset, turn_to};
+use super::progress::{Order, Progress, rests};
 use super::{KinematicLimits, Posture, Vertex};
 use crate::controller::{AxisCommand, Pose};
 use crate::math::{larger, limit, sign, sin_cos, smaller, sqrt};

@@ -1,5 +1,6 @@
 //! Paths and chases, driven through the interface procedures: nothing but moves and turns.
 
+use super::progress::rests;
 use super::{
     Chase, Follower, KinematicLimits, Order, Path, PathError, PathEvent, Posture, Progress,
     Tolerance,
@@ -155,6 +156,8 @@ pub struct Pilot<const N: usize = 32> {
     ordered: bool,
     /// The translation and the rotation have been told to come to rest.
     braked: [bool; 2],
+    /// Somebody has commanded one axis; the other one is still to be brought to rest.
+    abandoned: Option<Order>,
 }
 
 impl<const N: usize> Default for Pilot<N> {
@@ -168,6 +171,7 @@ impl<const N: usize> Default for Pilot<N> {
             updated: Instant::from_ticks(0),
             ordered: false,
             braked: [false; 2],
+            abandoned: None,
         }
     }
 }
@@ -307,6 +311,7 @@ impl<const N: usize> Pilot<N> {
         self.updated = desk.snapshot().time;
         self.ordered = false;
         self.braked = [false; 2];
+        self.abandoned = None;
     }
 
     /// Gives the next order, if one is due, and tells what has happened. `yields`: others may want to command the base now, and have their turn after an order.
@@ -316,7 +321,10 @@ impl<const N: usize> Pilot<N> {
             return self.ended.take();
         }
         let asked = desk.take_asked();
-        let errand = self.errand()?;
+        let Some(errand) = self.errand() else {
+            self.settle(desk, asked);
+            return None;
+        };
         let ending = match asked {
             _ if desk.snapshot().fault.is_some() => Some(Ending::Fault),
             Some(Procedure::EmergencyStop) => Some(Ending::Fault),
@@ -326,6 +334,12 @@ impl<const N: usize> Pilot<N> {
             None => None,
         };
         if let Some(ending) = ending {
+            let [translation, rotation] = self.stops();
+            self.abandoned = match ending {
+                Ending::Move => Some(rotation),
+                Ending::Turn => Some(translation),
+                _ => None,
+            };
             return Some(self.end(errand, ending));
         }
         let now = desk.snapshot().time;
@@ -364,6 +378,38 @@ impl<const N: usize> Pilot<N> {
         }
     }
 
+    /// Brings to rest what the errand that has ended had an axis do, unless that has been commanded anew.
+    fn settle<C>(&mut self, desk: &mut Interface<C>, asked: Option<Procedure>) {
+        if asked.is_some() {
+            self.abandoned = None;
+        }
+        if !desk.is_idle() {
+            return;
+        }
+        let snapshot = desk.snapshot();
+        let order = match self.abandoned.take() {
+            Some(order @ Order::Move(_)) if !rests(&snapshot.translation) => order,
+            Some(order @ Order::Turn(_)) if !rests(&snapshot.rotation) => order,
+            _ => return,
+        };
+        // Refused, it has been stopped otherwise.
+        Self::command(desk, order).ok();
+    }
+
+    /// What brings the translation and the rotation to rest.
+    fn stops(&self) -> [Order; 2] {
+        let limits = &self.settings.limits;
+        let stop = |acceleration| AxisCommand {
+            distance: 0.0,
+            speed: 0.0,
+            acceleration,
+        };
+        [
+            Order::Move(stop(limits.acceleration)),
+            Order::Turn(stop(limits.turn_acceleration)),
+        ]
+    }
+
     fn end(&mut self, errand: Errand, ending: Ending) -> Notice {
         self.follower.end();
         self.activity = Activity::Idle;
@@ -371,6 +417,18 @@ impl<const N: usize> Pilot<N> {
     }
 
     fn give<C>(&mut self, desk: &mut Interface<C>, order: Order, errand: Errand) -> Option<Notice> {
+        self.ordered = true;
+        match Self::command(desk, order) {
+            // A car that stands turns as soon as it moves.
+            Ok(()) | Err(Refusal::Busy | Refusal::Standing) => None,
+            Err(Refusal::Fault(_)) => Some(self.end(errand, Ending::Fault)),
+            Err(Refusal::Disabled) => Some(self.end(errand, Ending::Stop)),
+            Err(_) => Some(self.end(errand, Ending::Refused)),
+        }
+    }
+
+    /// Within what a command may ask for now: limits may have changed since the path was planned.
+    fn command<C>(desk: &mut Interface<C>, order: Order) -> Result<(), Refusal> {
         let limits = *desk.limits();
         let within = |command: AxisCommand, speed, acceleration| AxisCommand {
             speed: smaller(command.speed, speed),
@@ -386,14 +444,7 @@ impl<const N: usize> Pilot<N> {
             }
         };
         desk.take_asked();
-        self.ordered = true;
-        match given {
-            // A car that stands turns as soon as it moves.
-            Ok(()) | Err(Refusal::Busy | Refusal::Standing) => None,
-            Err(Refusal::Fault(_)) => Some(self.end(errand, Ending::Fault)),
-            Err(Refusal::Disabled) => Some(self.end(errand, Ending::Stop)),
-            Err(_) => Some(self.end(errand, Ending::Refused)),
-        }
+        given
     }
 
     /// Each axis by itself, as a move and a turn with speed 0 do.
@@ -403,16 +454,7 @@ impl<const N: usize> Pilot<N> {
         progress: &Progress,
         errand: Errand,
     ) -> Option<Notice> {
-        let limits = self.settings.limits;
-        let stop = |acceleration| AxisCommand {
-            distance: 0.0,
-            speed: 0.0,
-            acceleration,
-        };
-        let orders = [
-            Order::Move(stop(limits.acceleration)),
-            Order::Turn(stop(limits.turn_acceleration)),
-        ];
+        let orders = self.stops();
         for (braked, order) in self.braked.iter_mut().zip(orders) {
             if !core::mem::replace(braked, true) {
                 return self.give(desk, order, errand);
