@@ -298,6 +298,9 @@ impl<'a> Session<'a> {
             self.note_limits();
             return;
         }
+        if asks.acts {
+            self.route.settle();
+        }
         let Heard {
             obeyed, accepted, ..
         } = self.hear();

@@ -25,6 +25,8 @@ pub(super) struct Known {
     passed: Option<u64>,
     /// So many that were replaced are not told yet.
     replaced: Option<usize>,
+    /// A path or a chase was ended by a command of one axis: the other one is brought to rest without being asked for it.
+    settles: bool,
 }
 
 impl Known {
@@ -34,6 +36,7 @@ impl Known {
         errand: Some(Errand::Idle),
         passed: Some(0),
         replaced: Some(0),
+        settles: false,
     };
     /// Of one that nobody has listened to.
     pub(super) const NOTHING: Self = Self {
@@ -41,16 +44,22 @@ impl Known {
         errand: None,
         passed: None,
         replaced: None,
+        settles: true,
     };
 
     /// True if the base may be commanded without a line that asks for it.
     pub(super) fn may_drive(self) -> bool {
-        self.errand != Some(Errand::Idle)
+        self.errand != Some(Errand::Idle) || self.settles
     }
 
     /// True if nothing that has happened is still to be told.
     pub(super) fn all_told(self) -> bool {
         self.replaced.is_none_or(|replaced| replaced == 0)
+    }
+
+    /// The base was commanded: if something was to be brought to rest, it was that, or it has been taken over.
+    pub(super) fn settle(&mut self) {
+        self.settles = false;
     }
 
     fn begin(&mut self, errand: Errand) {
@@ -200,10 +209,11 @@ impl Session<'_> {
                 assert!(is_due, "{line} of {known:?}");
                 known.replaced = known.replaced.map(|replaced| replaced - 1);
             }
-            PathEvent::End(chases, _) => {
+            PathEvent::End(chases, reason) => {
                 let errand = if chases { Errand::Chase } else { Errand::Path };
                 assert!(its(errand), "{line} of {known:?}");
                 known.errand = Some(Errand::Idle);
+                known.settles = matches!(reason, "move" | "turn");
             }
         }
     }
