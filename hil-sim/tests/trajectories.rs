@@ -97,7 +97,10 @@ fn drive(
         assert!(drive.references.len() < 200_000, "no end");
     }
     assert_eq!(drive.passed.len(), course.postures.len());
-    bench.run(0.5);
+    bench.run(0.6);
+    // Nor does it tell later that its last move or turn is done.
+    let last = bench.lines.last().unwrap();
+    assert_eq!(last.1, "! path done", "{last:?}");
     let (truth, last) = (bench.truth(), course.postures.last().unwrap());
     let askew = wrap(truth.heading.to_radians() - course.last_heading());
     drive.end = [

@@ -21,7 +21,7 @@ mod text;
 pub use error::Error;
 pub use text::MAX_LINE;
 
-use crate::controller::{AxisCommand, Event, Interface, Snapshot};
+use crate::controller::{AxisCommand, Event, Interface, Procedure, Snapshot};
 use crate::params::{Blueprint, Fallback, Id, Params, radians};
 use crate::supervisor::Fault;
 use crate::time::Duration;
@@ -232,8 +232,12 @@ impl Interpreter {
     ///
     /// What a path or a chase is made of is not told: its moves and turns are nobody's but its own.
     pub fn notify(&mut self, event: Event) {
-        let is_own = matches!(event, Event::MoveDone(_) | Event::TurnDone(_));
-        if is_own && self.pilot.errand().is_some() {
+        let is_own = match event {
+            Event::MoveDone(_) => self.pilot.is_own(Procedure::Move),
+            Event::TurnDone(_) => self.pilot.is_own(Procedure::Turn),
+            _ => false,
+        };
+        if is_own {
             return;
         }
         if self.events.is_full() && matches!(event, Event::Fault(..)) {

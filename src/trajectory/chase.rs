@@ -25,6 +25,8 @@ const LOOK_TIME: f32 = 0.8;
 const LOOK_PACE: f32 = 0.5;
 /// Nearer than this a goal has no direction, m.
 const THERE: f32 = 0.02;
+/// A base that stands that near sets out again only for what is farther than this, m: a target that stands is seen now here, now there.
+const AWAY: f32 = 0.05;
 /// Nearer than this one that lies behind is gone to backward, m: to turn around takes longer than it is worth.
 const NEAR: f32 = 0.1;
 /// The faster than the target, the farther from it, 1/s: a slow target is followed slowly, not in leaps.
@@ -68,6 +70,8 @@ pub struct Chase {
     speed: f32,
     /// The rotation had the last order.
     turned: bool,
+    /// It stands where the target is.
+    there: bool,
 }
 
 impl Default for Chase {
@@ -84,6 +88,7 @@ impl Default for Chase {
             turning: 0.0,
             speed: 0.0,
             turned: false,
+            there: false,
         }
     }
 }
@@ -181,6 +186,8 @@ impl Chase {
         let goal = self.goal(now, limits)?;
         let (to_goal, distance) = bearing(&progress.pose, &goal);
         let ahead = distance * sin_cos(to_goal).1;
+        self.there =
+            rests(&progress.translation) && distance < if self.there { AWAY } else { THERE };
         let [u, v] = self.present_velocity(self.extrapolated(now));
         let later = LOOK_TIME + LOOK_PACE * self.pace;
         let aim = Vertex {
@@ -206,7 +213,11 @@ impl Chase {
         let eager = target_speed + EAGERNESS * distance;
         let wanted = share * smaller(smaller(speed, limits.wheel_speed), eager);
         let due_turn = turn.and_then(|turn| self.due_turn(progress, turn, limits));
-        let due_move = self.due_move(progress, ahead, wanted, limits);
+        let due_move = if self.there {
+            None
+        } else {
+            self.due_move(progress, ahead, wanted, limits)
+        };
         let order = if self.turned {
             due_move.or(due_turn)
         } else {
@@ -228,7 +239,7 @@ impl Chase {
 
     /// The turn that is left: to the goal, or there to the target's heading.
     fn turn(&self, progress: &Progress, bearing: f32, distance: f32) -> Option<f32> {
-        if distance > THERE {
+        if !self.there && distance > THERE {
             return Some(bearing);
         }
         let heading = self.target?.heading?;

@@ -421,7 +421,13 @@ impl<const N: usize> Follower<N> {
             Passage::Stop(heading) => heading,
             Passage::Rounded(_) => None,
         };
-        self.waited += progress.interval;
+        // A turn to the heading takes as long as it takes: the wait for what follows a reference begins when that stands.
+        let still = rests(&progress.translation) && rests(&progress.rotation);
+        self.waited = if still {
+            self.waited + progress.interval
+        } else {
+            0.0
+        };
         if !(self.waited > PATIENCE || self.stands(progress)) {
             return (None, None);
         }

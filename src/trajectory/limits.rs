@@ -77,9 +77,16 @@ impl KinematicLimits {
         smaller(self.curvature_rate * speed, self.turn_acceleration)
     }
 
-    /// The largest v_s straight ahead, m/s.
+    /// The largest v_s straight ahead, m/s: as fast as its wheels go, a vehicle could not steer.
     #[must_use]
     pub fn straight_speed(&self) -> f32 {
-        smaller(self.speed, self.wheel_speed)
+        /// Of the wheels' speed; the rest is for turns.
+        const STRAIGHT: f32 = 0.9;
+        let wheels = if self.half_track > 0.0 {
+            STRAIGHT * self.wheel_speed
+        } else {
+            self.wheel_speed
+        };
+        smaller(self.speed, wheels)
     }
 }

@@ -158,6 +158,8 @@ pub struct Pilot<const N: usize = 32> {
     braked: [bool; 2],
     /// Somebody has commanded one axis; the other one is still to be brought to rest.
     abandoned: Option<Order>,
+    /// The last move and the last turn were the pilot's, and may still be told to be done.
+    own: [bool; 2],
 }
 
 impl<const N: usize> Default for Pilot<N> {
@@ -172,6 +174,7 @@ impl<const N: usize> Default for Pilot<N> {
             ordered: false,
             braked: [false; 2],
             abandoned: None,
+            own: [false; 2],
         }
     }
 }
@@ -293,6 +296,17 @@ impl<const N: usize> Pilot<N> {
         Ok(())
     }
 
+    /// A move or a turn is done. True if nobody but the pilot asked for it.
+    pub fn is_own(&mut self, done: Procedure) -> bool {
+        let [moves, turns] = &mut self.own;
+        let own = match done {
+            Procedure::Move => core::mem::take(moves),
+            Procedure::Turn => core::mem::take(turns),
+            Procedure::Stop | Procedure::EmergencyStop => false,
+        };
+        own || self.errand().is_some()
+    }
+
     /// The end of what has just been replaced: the next [`update`](Self::update) tells it, unless it is asked for before.
     pub fn take_end(&mut self) -> Option<Notice> {
         self.ended.take()
@@ -321,6 +335,9 @@ impl<const N: usize> Pilot<N> {
             return self.ended.take();
         }
         let asked = desk.take_asked();
+        let [moves, turns] = &mut self.own;
+        *moves &= matches!(asked, None | Some(Procedure::Turn));
+        *turns &= matches!(asked, None | Some(Procedure::Move));
         let Some(errand) = self.errand() else {
             self.settle(desk, asked);
             return None;
@@ -393,7 +410,7 @@ impl<const N: usize> Pilot<N> {
             _ => return,
         };
         // Refused, it has been stopped otherwise.
-        Self::command(desk, order).ok();
+        self.command(desk, order).ok();
     }
 
     /// What brings the translation and the rotation to rest.
@@ -418,7 +435,7 @@ impl<const N: usize> Pilot<N> {
 
     fn give<C>(&mut self, desk: &mut Interface<C>, order: Order, errand: Errand) -> Option<Notice> {
         self.ordered = true;
-        match Self::command(desk, order) {
+        match self.command(desk, order) {
             // A car that stands turns as soon as it moves.
             Ok(()) | Err(Refusal::Busy | Refusal::Standing) => None,
             Err(Refusal::Fault(_)) => Some(self.end(errand, Ending::Fault)),
@@ -428,18 +445,21 @@ impl<const N: usize> Pilot<N> {
     }
 
     /// Within what a command may ask for now: limits may have changed since the path was planned.
-    fn command<C>(desk: &mut Interface<C>, order: Order) -> Result<(), Refusal> {
+    fn command<C>(&mut self, desk: &mut Interface<C>, order: Order) -> Result<(), Refusal> {
         let limits = *desk.limits();
         let within = |command: AxisCommand, speed, acceleration| AxisCommand {
             speed: smaller(command.speed, speed),
             acceleration: smaller(command.acceleration, acceleration),
             ..command
         };
+        let [moves, turns] = &mut self.own;
         let given = match order {
             Order::Move(command) => {
+                *moves = true;
                 desk.move_by(within(command, limits.speed, limits.acceleration))
             }
             Order::Turn(command) => {
+                *turns = true;
                 desk.turn_by(within(command, limits.turn_speed, limits.turn_acceleration))
             }
         };
