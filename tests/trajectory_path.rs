@@ -650,3 +650,29 @@ fn a_leg_is_regained() {
     }
     assert!(follower.is_done() && (base.pose.x - 5.0).abs() < 2e-3);
 }
+
+#[test]
+fn wheels_that_are_just_fast_enough_leave_room_to_steer() {
+    let limits = KinematicLimits {
+        wheel_speed: limits().speed,
+        ..limits()
+    };
+    assert!(limits.turn_speed_at(limits.straight_speed()) > 0.0);
+    let (mut follower, _) = follow(&Pose::default(), &[posture(5.0, 0.0)], &limits).unwrap();
+    let mut base = Base::new(Pose::default());
+    let (mut order, mut disturbed) = (None, false);
+    for _ in 0..60_000 {
+        base.tick(order);
+        if !disturbed && base.pose.x > 1.0 {
+            base.pose.y += 0.05;
+            disturbed = true;
+        }
+        order = follower.update(&base.progress(T)).0;
+    }
+    // Five of its lengths later, nothing is left of it.
+    assert!(
+        follower.is_done() && base.pose.y.abs() < 3e-3,
+        "{:?}",
+        base.pose
+    );
+}

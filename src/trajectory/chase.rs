@@ -211,7 +211,7 @@ impl Chase {
             .and_then(|target| target.speed)
             .unwrap_or(larger(limits.speed, CATCH_UP * target_speed));
         let eager = target_speed + EAGERNESS * distance;
-        let wanted = share * smaller(smaller(speed, limits.wheel_speed), eager);
+        let wanted = share * smaller(smaller(speed, limits.steerable_speed()), eager);
         let due_turn = turn.and_then(|turn| self.due_turn(progress, turn, limits));
         let due_move = if self.there {
             None

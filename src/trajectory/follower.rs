@@ -150,7 +150,8 @@ impl<const N: usize> Follower<N> {
         let speed = progress.translation.reference_speed.abs();
         let left = match self.phase {
             Phase::Leg => ahead - 2.0 * speed * progress.interval,
-            _ if speed == 0.0 => self.leg.length,
+            Phase::Aim if speed == 0.0 => self.leg.length,
+            // It stands there, or is in the corner.
             _ => 0.0,
         };
         self.path.join(speed, left)?;
@@ -511,7 +512,9 @@ fn lead(corner: &Corner, turn: f32, speed: f32) -> f32 {
     let share = smaller(speed / corner.speed, 1.0);
     let turn_speed = share * corner.turn_speed;
     let speed = share * corner.speed;
-    Corner::at(turn, speed, turn_speed, corner.turn_acceleration).lead
+    let lead = Corner::at(turn, speed, turn_speed, corner.turn_acceleration).lead;
+    // Towards half a turn it has no bound.
+    smaller(lead, 2.0 * corner.lead)
 }
 
 fn gentle_turn_speed(limits: &KinematicLimits, speed: f32) -> f32 {

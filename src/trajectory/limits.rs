@@ -77,16 +77,21 @@ impl KinematicLimits {
         smaller(self.curvature_rate * speed, self.turn_acceleration)
     }
 
-    /// The largest v_s straight ahead, m/s: as fast as its wheels go, a vehicle could not steer.
+    /// The largest v_s straight ahead, m/s.
     #[must_use]
     pub fn straight_speed(&self) -> f32 {
-        /// Of the wheels' speed; the rest is for turns.
+        smaller(self.speed, self.steerable_speed())
+    }
+
+    /// The largest v_s at which there is something left to turn with, m/s: as fast as its wheels go, a vehicle could not steer.
+    #[must_use]
+    pub fn steerable_speed(&self) -> f32 {
+        /// Of the wheels' speed.
         const STRAIGHT: f32 = 0.9;
-        let wheels = if self.half_track > 0.0 {
+        if self.half_track > 0.0 {
             STRAIGHT * self.wheel_speed
         } else {
             self.wheel_speed
-        };
-        smaller(self.speed, wheels)
+        }
     }
 }
