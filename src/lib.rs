@@ -11,6 +11,7 @@
 //!
 //! * [`vehicle`]: encoder counts to (ΔS, Δα), (v_s, v_α) to wheel speeds, wheel speeds to duty. Differential drive, synchro drive, tricycle, bi-steerable car.
 //! * [`controller`]: odometry and the two axis machines, in terms of a virtual vehicle; the paper's interface procedures.
+//! * [`trajectory`]: paths of clothoids, arcs and straight lines, made of nothing but moves and turns; moving targets.
 //! * [`interpreter`]: the serial protocol.
 //! * [`map`]: places, and the uncertain motions between them.
 //! * [`params`]: what a base can be told of itself.
@@ -87,4 +88,5 @@ pub mod math;
 pub mod params;
 pub mod supervisor;
 pub mod time;
+pub mod trajectory;
 pub mod vehicle;

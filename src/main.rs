@@ -129,7 +129,8 @@ mod app {
         };
         let (to_controller, requests) = ctx.local.request_mailbox.split(None);
         let (events, from_controller) = ctx.local.event_queue.split();
-        let (snapshots, known) = ctx.local.snapshot_mailbox.split(controller.snapshot());
+        let snapshot = controller.snapshot();
+        let (snapshots, known) = ctx.local.snapshot_mailbox.split(snapshot);
         let (received, bytes) = ctx.local.byte_queue.split();
         let shared = Shared {
             idle_alive: AtomicBool::new(true),

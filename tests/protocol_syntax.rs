@@ -74,6 +74,9 @@ fn malformed_numbers_are_syntax_errors() {
             format!("m 1 {word}"),
             format!("t 1 1 {word}"),
             format!("ResetPos 0 0 {word}"),
+            format!("GoTo {word} 0"),
+            format!("Chase 0 {word}"),
+            format!("Follow 0 0 0 {word}"),
             format!("SetParam gate {word}"),
             format!("Stream {word}"),
         ] {
@@ -121,6 +124,10 @@ fn what_f32_cannot_hold_is_out_of_range() {
         "SetParam gate 1e39",
         "ObservePos 0 0 0 1e39 0 0 1 0 1",
         "ObserveScalar 1e39 1 1 0 0",
+        "GoTo 1e39 0",
+        "Follow 0 -1e39",
+        "Follow 0 0 - 1e39",
+        "Chase 0 0 1e39",
         "Stream 1e39",
     ] {
         rig.refused(line, "range");
@@ -140,6 +147,9 @@ fn infinity_is_allowed_for_distances_only() {
         "CorrectPos inf 0 0 0 0 0 0 0 0 0 0 0",
         "ObservePos inf 0 0 1 0 0 1 0 1",
         "ObserveScalar 0 inf 1 0 0",
+        "GoTo inf 0",
+        "Follow 0 0 - inf",
+        "Chase 0 0 -inf",
         "SetParam gate inf",
         "Stream inf",
     ] {
@@ -171,6 +181,19 @@ fn unknown_commands_and_wrong_counts_are_syntax_errors() {
         "m 1 0.1 0.1 0.1",
         "t 1 1 1 1",
         "Stop 1",
+        "GoTo",
+        "GoTo 1",
+        "GoTo 1 2 3 4",
+        "Follow",
+        "Follow 1",
+        "Follow 1 2 3 0.1 4",
+        "Follow start 1",
+        "Follow clear 1",
+        "Follow stop",
+        "GetPath 1",
+        "Chase",
+        "Chase 1",
+        "Chase 1 2 3 4",
         "GetEstPos 1",
         "GetEstSpeed x",
         "GetStatus 1",
@@ -250,28 +273,43 @@ fn data_lines_have_their_form() {
 fn every_command_has_help_of_one_line() {
     let mut rig = Rig::new();
     let topics = rig.ask("Help");
-    let all: Vec<String> = ["motion", "position", "map", "state", "safety", "parameters"]
-        .into_iter()
-        .flat_map(|topic| {
-            assert!(
-                topics
-                    .split(' ')
-                    .any(|word| word.trim_end_matches(';') == topic),
-                "{topics}"
-            );
-            let listed = rig.ask(&format!("Help {topic}"));
-            listed
+    let all: Vec<String> = [
+        "motion",
+        "path",
+        "position",
+        "map",
+        "calibration",
+        "state",
+        "safety",
+        "parameters",
+    ]
+    .into_iter()
+    .flat_map(|topic| {
+        assert!(
+            topics
                 .split(' ')
-                .skip(1)
-                .map(str::to_owned)
-                .collect::<Vec<_>>()
-        })
-        .collect();
-    assert_eq!(all.len(), 37);
+                .any(|word| word.trim_end_matches(';') == topic),
+            "{topics}"
+        );
+        let listed = rig.ask(&format!("Help {topic}"));
+        listed
+            .split(' ')
+            .skip(1)
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    })
+    .collect();
+    assert_eq!(all.len(), 43);
     for name in [
         "move",
         "turn",
         "Stop",
+        "GoTo",
+        "Follow",
+        "GetPath",
+        "Chase",
+        "Calibrate",
+        "GetGains",
         "GetEstPos",
         "GetEstSpeed",
         "CorrectPos",

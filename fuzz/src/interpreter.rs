@@ -6,6 +6,7 @@
 mod hear;
 mod judge;
 mod reply;
+mod route;
 
 use std::collections::VecDeque;
 
@@ -17,6 +18,7 @@ use crate::base::{self, Asked, Base, Wheel};
 use crate::grammar::Ask;
 use crate::invariant;
 use crate::protocol::{self, Line};
+use route::Known;
 
 /// So many lines may wait for their replies.
 const UNANSWERED: usize = 4;
@@ -40,6 +42,16 @@ struct Due<'a> {
     stopped: bool,
     /// … if it still waited then.
     unsure: bool,
+}
+
+/// Rows of a list that are still to come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rows {
+    None,
+    /// So many parameters.
+    Params(usize),
+    /// So many postures, from this number; nothing if it is not known.
+    Path(Option<u64>, usize),
 }
 
 /// What the base said.
@@ -69,8 +81,10 @@ pub(crate) struct Session<'a> {
     /// Only tags, checks, codes of damage, number and order are looked at.
     framing_only: bool,
     /// Rows of a list that are still to come.
-    rows: usize,
-    /// The same of the map.
+    rows: Rows,
+    /// Paths and chases.
+    route: Known,
+    /// Rows of the map that are still to come.
     map_rows: usize,
     params: Params,
     /// Observations correct the gains.
@@ -132,7 +146,8 @@ impl<'a> Session<'a> {
             stalled: false,
             stale: false,
             framing_only,
-            rows: 0,
+            rows: Rows::None,
+            route: Known::NEW,
             map_rows: 0,
             params,
             learns: false,
@@ -223,10 +238,12 @@ impl<'a> Session<'a> {
         if self.stalled {
             self.stalled = false;
             self.stale = true;
+            self.route = Known::NOTHING;
             while self.hear().anything {
                 self.work();
             }
             self.stale = false;
+            self.route = Known::NOTHING;
             self.params = *self.base.interpreter.params();
             self.note_limits();
         }
@@ -275,6 +292,8 @@ impl<'a> Session<'a> {
         let must_ask = self.estop_received;
         // It overtakes what takes long.
         let may_ask = self.due.iter().any(|due| is(&due.line, b"Stop"));
+        // A path is driven without being asked for it.
+        let may_ask = may_ask || self.route.may_drive();
         let asks = self.work();
         if self.stalled {
             // Whatever it does is heard of later.
@@ -282,11 +301,15 @@ impl<'a> Session<'a> {
             self.note_limits();
             return;
         }
+        if asks.acts {
+            self.route.settle();
+        }
         let Heard {
             obeyed, accepted, ..
         } = self.hear();
         if !self.framing_only {
             let must_ask = must_ask || obeyed;
+            let may_ask = may_ask || self.route.may_drive();
             assert!(
                 asks.acts == must_ask || asks.acts && may_ask,
                 "a refused command changes nothing, an accepted one something"
@@ -309,11 +332,16 @@ impl<'a> Session<'a> {
 
     fn expect_rows(&mut self, ask: Ask, reply: &str) {
         match ask {
-            Ask::Plain("ListParams") => self.rows = Params::default().count(),
+            Ask::Plain("ListParams") => self.rows = Rows::Params(Params::default().count()),
+            Ask::Plain("GetPath") => self.hear_path(reply),
             Ask::Plain("GetMap") | Ask::Map("Route" | "AmIThere", _) => {
                 self.map_rows = crate::replies::map_rows(ask, reply);
             }
             _ => {}
+        }
+        // A list of nothing has come whole.
+        if let Rows::Path(_, 0) = self.rows {
+            self.rows = Rows::None;
         }
     }
 
@@ -333,7 +361,7 @@ impl<'a> Session<'a> {
         self.listen_again();
         self.poll();
         for _ in 0..PATIENCE {
-            if self.due.is_empty() && self.rows + self.map_rows == 0 {
+            if self.due.is_empty() && self.rows == Rows::None && self.map_rows == 0 {
                 return;
             }
             self.tick(0);
@@ -346,13 +374,16 @@ impl<'a> Session<'a> {
 
     /// Whatever came, the next good line is answered as ever.
     pub(crate) fn finish(&mut self) {
-        const LAST: &[u8] = b"@7 GetStatus*609F\n";
-        self.settle();
-        for at in 1..=LAST.len() {
-            self.receive(&LAST[..at]);
+        const LAST: [&[u8]; 2] = [b"@7 GetStatus*609F\n", b"@8 GetPath*89D4\n"];
+        for line in LAST {
+            self.settle();
+            for at in 1..=line.len() {
+                self.receive(&line[..at]);
+            }
+            self.poll();
         }
-        self.poll();
         self.settle();
+        assert!(self.route.all_told(), "not all was told: {:?}", self.route);
         invariant::check_estimate(&self.base.snapshot().estimator.present());
     }
 }

@@ -267,11 +267,94 @@ pub fn map_row(row: &str) {
     assert!(fine, "{row}");
 }
 
+/// `Path n <errand>`: both.
+///
+/// # Panics
+/// If it is not that.
+pub fn path(reply: &str) -> (usize, &str) {
+    let [count, errand] = words(reply, "Path");
+    let count = count.parse().unwrap_or(usize::MAX);
+    let known = ["idle", "path", "chase"].contains(&errand);
+    assert!(count <= 32 && known, "{reply}");
+    (count, errand)
+}
+
+/// `~ n x y θ v`, or `~ n passed`: its number.
+///
+/// # Panics
+/// If it is neither.
+pub fn posture(row: &str) -> u64 {
+    let whole = |number: &str| number.parse().unwrap_or_else(|_| panic!("{row}"));
+    if let Some(number) = row.strip_suffix(" passed") {
+        let [number] = words(number, "~");
+        return whole(number);
+    }
+    let [number, x, y, theta, v] = words(row, "~");
+    let fine = [x, y]
+        .into_iter()
+        .all(|x| decimals_of(x) == 6 && number_fits(x, 1e7));
+    let heading = theta == "-" || {
+        let theta = self::number(theta);
+        theta > -180.0 && theta <= 180.0
+    };
+    let speed = v == "-" || self::number(v) > 0.0;
+    assert!(fine && heading && speed, "{row}");
+    whole(number)
+}
+
+fn number_fits(word: &str, max: f64) -> bool {
+    number(word).abs() <= max
+}
+
+/// What is told of a path or a chase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathEvent {
+    /// A posture is behind the vehicle.
+    Posture(u64),
+    /// So is the last one.
+    Done,
+    /// The end before its time, of a chase or not, and why.
+    End(bool, &'static str),
+}
+
+/// What an event tells of a path or a chase, if anything.
+///
+/// # Panics
+/// If it looks like that, and is not.
+pub fn path_event(line: &str) -> Option<PathEvent> {
+    const ENDS: [&str; 7] = [
+        "stop", "move", "turn", "fault", "replaced", "timeout", "refused",
+    ];
+    let words: Vec<&str> = line.split(' ').collect();
+    match words[..] {
+        ["!", "posture", number] => {
+            let number = number.parse().ok().filter(|number| *number > 0);
+            Some(PathEvent::Posture(
+                number.unwrap_or_else(|| panic!("{line}")),
+            ))
+        }
+        ["!", "path", "done"] => Some(PathEvent::Done),
+        ["!", errand @ ("path" | "chase"), "end", why] => {
+            let why = ENDS.into_iter().find(|end| *end == why);
+            let why = why.unwrap_or_else(|| panic!("{line}"));
+            // A path does not wait for anything, and what is chased is not judged.
+            let is_its =
+                (why != "timeout" || errand == "chase") && (why != "refused" || errand == "path");
+            assert!(is_its, "{line}");
+            Some(PathEvent::End(errand == "chase", why))
+        }
+        _ => None,
+    }
+}
+
 /// An event or a line of telemetry.
 ///
 /// # Panics
 /// If it is neither.
 pub fn unsolicited(line: &str) {
+    if path_event(line).is_some() {
+        return;
+    }
     if let Some(event) = line.strip_prefix("! ") {
         let known = ["boot ", "move done ", "turn done ", "fault ", "stop "];
         let rest = known.iter().find_map(|known| event.strip_prefix(known));

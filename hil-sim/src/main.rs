@@ -265,27 +265,18 @@ fn run_command(run: &Run) -> Result<()> {
     let mut base = run.base.power_up()?;
     let keep = run.plot.is_some();
     let trace = TraceFile::create(run.base.trace.as_deref(), keep, run.trace_period)?;
-    let mut said = Vec::new();
-    let trace = if run.map.is_some() {
-        run::run(base.as_mut(), &script, run.base.seed, trace, &mut said)?
-    } else {
-        let mut out = std::io::BufWriter::new(std::io::stdout().lock());
-        run::run(base.as_mut(), &script, run.base.seed, trace, &mut out)?
-    };
+    let mut out = run::Transcript::new(std::io::BufWriter::new(std::io::stdout().lock()));
+    let trace = run::run(base.as_mut(), &script, run.base.seed, trace, &mut out)?;
     if let Some(picture) = &run.map {
-        std::io::stdout()
-            .write_all(&said)
-            .context("standard output")?;
-        draw_map(
-            &String::from_utf8_lossy(&said),
-            &title(&run.script, &run.base.robot),
-            picture,
-        )?;
+        let title = title(&run.script, &run.base.robot);
+        draw_map(&out.text(), &title, picture)?;
     }
     if let Some(trace) = trace {
         let rows = trace.into_rows()?;
         if let Some(picture) = &run.plot {
-            plot::plot(&rows, &title(&run.script, &run.base.robot), picture)?;
+            let asked = plot::asked_paths(&script, &out.text(), &rows);
+            let title = title(&run.script, &run.base.robot);
+            plot::plot(&rows, &asked, &title, picture)?;
         }
     }
     Ok(())
@@ -362,7 +353,7 @@ fn replay_command(args: &Replay) -> Result<()> {
 fn plot_command(args: &Plot) -> Result<()> {
     let rows = trace::read(&args.trace)?;
     let title = args.trace.file_name().unwrap_or_default().to_string_lossy();
-    plot::plot(&rows, &title, &args.output)
+    plot::plot(&rows, &[], &title, &args.output)
 }
 
 fn robots_command() -> Result<()> {

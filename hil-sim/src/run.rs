@@ -85,6 +85,39 @@ pub fn run(
     Ok(trace)
 }
 
+/// Passes on what is written, and keeps it.
+pub struct Transcript<W> {
+    out: W,
+    kept: Vec<u8>,
+}
+
+impl<W: Write> Transcript<W> {
+    /// Nothing has been written yet.
+    pub fn new(out: W) -> Self {
+        Self {
+            out,
+            kept: Vec::new(),
+        }
+    }
+
+    /// What has been written.
+    pub fn text(&self) -> String {
+        String::from_utf8_lossy(&self.kept).into_owned()
+    }
+}
+
+impl<W: Write> Write for Transcript<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.kept.extend(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}
+
 fn ticks(seconds: f64) -> u64 {
     (seconds * 1e6 / PERIOD.ticks() as f64).round() as u64
 }

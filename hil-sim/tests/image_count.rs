@@ -43,3 +43,54 @@ fn a_tick_is_cheap() {
     assert!(counts.median() <= MEDIAN, "median {}", counts.median());
     assert!(counts.maximum() <= MAXIMUM, "maximum {}", counts.maximum());
 }
+
+/// What idle may take for one piece of work, in instructions. It is taken for dead after ten ticks of 168 000 cycles; with two cycles to an instruction, which
+/// is more than the flash's wait states make of it, this is a third of them.
+const PIECE: u64 = 280_000;
+/// The follower's share of a tick's time: a twentieth.
+const UPDATE: u64 = 8_400;
+
+/// A path through as many postures as there is room for, short legs and hairpins among them, so that corners have to be searched for.
+fn winding() -> String {
+    let mut script = String::from("0 SetParam corner 0.15\n");
+    let (mut x, mut y) = (0.0_f64, 0.0_f64);
+    for k in 0..32 {
+        let length = [0.25, 0.6, 0.12, 0.4][k % 4];
+        let heading = [20.0_f64, 100.0, -30.0, 140.0][k % 4].to_radians();
+        x += length * heading.cos();
+        y += length * heading.sin();
+        let time = 0.02 * (k + 1) as f64;
+        script += &format!("{time:.2} Follow {x:.3} {y:.3}\n");
+    }
+    script += "1 Follow start\n6 ObservePos 0.1 0.3 60 1e-4 0 0 1e-4 0 1\n9 GetPath\n";
+    script += "12 Chase 0 0\n12.5 Chase 0.1 0\n14 GoTo 0 0 90\n17 !end\n";
+    script
+}
+
+#[test]
+fn a_path_leaves_the_tick_alone_and_idle_its_time() {
+    let script = Script::parse(&winding(), "winding").unwrap();
+    let mut base = emulated(&Setup::default());
+    base.count(true).unwrap();
+    let mut client = Client::new(base);
+    client.play(&script);
+    let passed = |line: &&(u64, String)| line.1.starts_with("! posture");
+    assert!(client.lines.iter().filter(passed).count() >= 2);
+    let counts = client.base.counts().unwrap();
+    println!("{counts}");
+    assert!(counts.maximum() <= MAXIMUM, "maximum {}", counts.maximum());
+    let most = |name: &str| {
+        let of = counts
+            .outside
+            .iter()
+            .filter(|(part, _)| part.ends_with(name));
+        of.map(|(_, part)| part.most).max().unwrap_or_default()
+    };
+    let (plan, update) = (most("Follower<_>::start"), most("Follower<_>::update"));
+    // It was planned, and followed.
+    assert!(plan > 10_000 && plan <= PIECE, "a plan takes {plan}");
+    assert!(
+        update > 1_000 && update <= UPDATE,
+        "an update takes {update}"
+    );
+}

@@ -233,6 +233,33 @@ fn every_command_is_answered_alike() {
     agree("commands", &Script::parse(script, "commands").unwrap());
 }
 
+/// Paths, a target, and what ends them.
+#[test]
+fn paths_are_driven_alike() {
+    let script = "
+0     Follow 0.5 0
+0.1   Follow 0.5 0.5 - 0.2
+0.2   Follow 0 0.5 180
+0.3   GetPath
+0.4   Follow start
+3     ObservePos 0.45 0.02 20 1e-4 0 0 1e-4 0 4
+12    GetPath
+12.1  GoTo 0 0 0
+13    Stop
+14    Follow start
+20    GetEstPos
+20    Chase 0.3 0.1
+20.5  Chase 0.35 0.1
+21    Chase 0.4 0.1
+24    Chase 1 0
+24.5  EStop
+25    ClearFault
+25.1  Follow 0 0 0 99
+25.2  GetPath
+";
+    agree("paths", &Script::parse(script, "paths").unwrap());
+}
+
 /// Two runs are the same, byte for byte and bit for bit.
 #[test]
 fn runs_repeat() {

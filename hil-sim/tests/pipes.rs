@@ -122,7 +122,15 @@ fn every_scenario_runs_without_an_error() {
         );
         names.push(path.file_name().unwrap().to_str().unwrap().to_owned());
     }
-    for name in ["correction", "keep_going", "push", "square", "velocity"] {
+    for name in [
+        "chase",
+        "correction",
+        "figure_eight",
+        "keep_going",
+        "push",
+        "square",
+        "velocity",
+    ] {
         assert!(names.contains(&format!("{name}.script")), "{names:?}");
     }
 }

@@ -272,6 +272,16 @@ impl Estimator {
     }
 
     /// The pose as of now, without the covariance's cost.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        let WidePose { x, y, theta } = self.present_pose();
+        Pose {
+            x: x.to_f64(),
+            y: y.to_f64(),
+            theta: theta.to_f64(),
+        }
+    }
+
     fn present_pose(&self) -> WidePose {
         let mut pose = self.reckoning.pose;
         pose.advance(&self.since);

@@ -25,6 +25,20 @@ pub struct Limits {
     pub turns_in_place: bool,
 }
 
+/// A procedure that decides where the vehicle goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Procedure {
+    /// `move`.
+    Move,
+    /// `turn`.
+    Turn,
+    /// `Stop` or `Disable`.
+    Stop,
+    /// An emergency stop.
+    EmergencyStop,
+}
+
 /// A measurement of the pose from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Observation {
@@ -69,6 +83,8 @@ pub struct Interface<C> {
     learns: bool,
     /// ΔS at the last move command, m.
     run_from: Option<f64>,
+    /// The last motion that was asked for, until somebody takes note of it.
+    asked: Option<Procedure>,
 }
 
 impl<C> Interface<C> {
@@ -88,7 +104,32 @@ impl<C> Interface<C> {
             calibration: *snapshot.estimator.calibration(),
             learns: false,
             run_from: None,
+            asked: None,
         }
+    }
+
+    /// The largest speeds and accelerations that a command may ask for.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// The last motion that was asked for since this was called last. Whoever commands the base over a longer time sees by it that somebody else does, too.
+    pub fn take_asked(&mut self) -> Option<Procedure> {
+        self.asked.take()
+    }
+
+    /// Whether the vehicle may be set in motion.
+    ///
+    /// # Errors
+    /// [`Refusal::Fault`] or [`Refusal::Disabled`].
+    pub fn may_move(&self) -> Result<(), Refusal> {
+        if let Some(fault) = self.snapshot.fault {
+            return Err(Refusal::Fault(fault));
+        }
+        if !self.snapshot.enabled {
+            return Err(Refusal::Disabled);
+        }
+        Ok(())
     }
 
     /// What is known of the gains.
@@ -176,6 +217,7 @@ impl<C> Interface<C> {
         let (speed, acceleration) = (self.limits.speed, self.limits.acceleration);
         self.check_motion(&command, speed, acceleration)?;
         self.send(Action::Move(command))?;
+        self.asked = Some(Procedure::Move);
         self.run_from = Some(self.snapshot.estimator.travelled());
         Ok(())
     }
@@ -193,7 +235,9 @@ impl<C> Interface<C> {
         if stands && !self.limits.turns_in_place && command.speed > 0.0 {
             return Err(Refusal::Standing);
         }
-        self.send(Action::Turn(command))
+        self.send(Action::Turn(command))?;
+        self.asked = Some(Procedure::Turn);
+        Ok(())
     }
 
     /// `Stop`: both axes decelerate and hold. Replaces a move or turn that has not been handed over yet.
@@ -203,14 +247,17 @@ impl<C> Interface<C> {
     pub fn stop(&mut self) -> Result<(), Refusal> {
         if let Some(Action::Move(_) | Action::Turn(_)) = self.request {
             self.request = Some(Action::Stop);
-            return Ok(());
+        } else {
+            self.send(Action::Stop)?;
         }
-        self.send(Action::Stop)
+        self.asked = Some(Procedure::Stop);
+        Ok(())
     }
 
     /// Motors off at once; the fault `estop` is latched. Always accepted, and overtakes a request that waits; one that would move the base, or let
     /// it, is dropped.
     pub fn emergency_stop(&mut self) {
+        self.asked = Some(Procedure::EmergencyStop);
         if let Some(action) = &mut self.request
             && action.may_move()
         {
@@ -244,7 +291,9 @@ impl<C> Interface<C> {
     /// # Errors
     /// [`Refusal::Busy`] only.
     pub fn disable(&mut self) -> Result<(), Refusal> {
-        self.send(Action::Disable)
+        self.send(Action::Disable)?;
+        self.asked = Some(Procedure::Stop);
+        Ok(())
     }
 
     /// `GetEstPos`: the estimate as of the last tick. A CorrectPos within 1.5 s refers to it.
@@ -464,13 +513,7 @@ impl<C> Interface<C> {
         if !(command.acceleration > 0.0 && command.acceleration <= max_acceleration) {
             return Err(Refusal::Acceleration(max_acceleration));
         }
-        if let Some(fault) = self.snapshot.fault {
-            return Err(Refusal::Fault(fault));
-        }
-        if !self.snapshot.enabled {
-            return Err(Refusal::Disabled);
-        }
-        Ok(())
+        self.may_move()
     }
 
     fn send(&mut self, action: Action<C>) -> Result<(), Refusal> {

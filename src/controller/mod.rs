@@ -32,7 +32,7 @@ pub use belief::Belief;
 pub use correction::CorrectionError;
 pub use estimator::{Estimate, Estimator, Noise, Odometer, Passage, Pose};
 pub use history::MAX_AGE;
-pub use interface::{Interface, Limits, Observation};
+pub use interface::{Interface, Limits, Observation, Procedure};
 pub use messages::{Action, Config, Event, Events, NoRoom, REQUESTS, Request, StopReason};
 pub use refusal::Refusal;
 pub use sensing::{Inputs, Sensing};

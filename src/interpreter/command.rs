@@ -7,6 +7,7 @@ use super::number::{self, Number};
 use super::telemetry::Fields;
 use crate::controller::{Observation, Pose};
 use crate::params::{DEGREES, Id};
+use crate::trajectory::Posture;
 use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// The numbers of a move or turn; what is left out keeps its last value.
@@ -51,6 +52,23 @@ pub enum Command {
     Calibrate(Calibrate),
     /// Of the map.
     Map(MapCommand),
+    /// Of paths.
+    Path(PathCommand),
+}
+
+/// GoTo, Follow or Chase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PathCommand {
+    /// GoTo.
+    GoTo(Posture),
+    /// Follow with a posture.
+    Append(Posture),
+    /// Follow start.
+    Start,
+    /// Follow clear.
+    Clear,
+    /// Chase.
+    Chase(Posture),
 }
 
 /// What Calibrate does.
@@ -69,7 +87,10 @@ impl Command {
     pub fn may_move(&self) -> bool {
         matches!(
             self,
-            Self::Move(_) | Self::Turn(_) | Self::Plain(Keyword::ClearFault | Keyword::Enable)
+            Self::Move(_)
+                | Self::Turn(_)
+                | Self::Plain(Keyword::ClearFault | Keyword::Enable)
+                | Self::Path(PathCommand::GoTo(_) | PathCommand::Start | PathCommand::Chase(_))
         )
     }
 }
@@ -139,6 +160,16 @@ impl<'a> Words<'a> {
         }
     }
 
+    /// The same, where `-` stands for a number that is left out though another one comes behind.
+    fn unless_dash(&mut self, range: &Range) -> Result<Option<f64>, Error> {
+        let before = (self.rest, self.after_comma);
+        if self.next()? == Some(b"-") {
+            return Ok(None);
+        }
+        (self.rest, self.after_comma) = before;
+        self.optional(range)
+    }
+
     pub(super) fn number(&mut self, range: &Range) -> Result<f64, Error> {
         self.optional(range)?.ok_or(TOO_FEW)
     }
@@ -205,6 +236,8 @@ const AGE: Range = range("age", 0.0, 1.5, "s");
 ///
 /// # Errors
 /// [`Error::Syntax`], [`Error::Range`] or [`Error::Unknown`].
+// What it has on the stack is not under what carries commands out.
+#[inline(never)]
 pub fn parse(body: &[u8]) -> Result<Command, Error> {
     let length = body
         .iter()
@@ -294,6 +327,9 @@ fn read(keyword: Keyword, words: &mut Words<'_>) -> Result<Command, Error> {
             Command::SetParam(id, value as f32)
         }
         Keyword::Calibrate => Command::Calibrate(calibrate(words)?),
+        Keyword::GoTo | Keyword::Chase | Keyword::Follow => {
+            Command::Path(path_command(keyword, words)?)
+        }
         keyword => match map::read(keyword, words)? {
             Some(command) => Command::Map(command),
             None => Command::Plain(keyword),
@@ -329,6 +365,46 @@ fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, Error> {
     } else {
         return Err(Error::Syntax("on, off, reset or straight"));
     })
+}
+
+#[inline(never)]
+fn path_command(keyword: Keyword, words: &mut Words<'_>) -> Result<PathCommand, Error> {
+    match keyword {
+        Keyword::GoTo => posture(words).map(PathCommand::GoTo),
+        Keyword::Chase => posture(words).map(PathCommand::Chase),
+        _ => follow(words),
+    }
+}
+
+fn posture(words: &mut Words<'_>) -> Result<Posture, Error> {
+    let [x, y, angle] = &POSE;
+    let (x, y) = (words.number(x)?, words.number(y)?);
+    let heading = words.unless_dash(angle)?;
+    Ok(Posture {
+        x,
+        y,
+        heading: heading.map(|angle| crate::math::wrap(angle / DEGREES) as f32),
+        speed: None,
+    })
+}
+
+fn follow(words: &mut Words<'_>) -> Result<PathCommand, Error> {
+    let before = (words.rest, words.after_comma);
+    let word = words.next()?.ok_or(TOO_FEW)?;
+    if word.eq_ignore_ascii_case(b"start") {
+        return Ok(PathCommand::Start);
+    }
+    if word.eq_ignore_ascii_case(b"clear") {
+        return Ok(PathCommand::Clear);
+    }
+    (words.rest, words.after_comma) = before;
+    let posture = posture(words)?;
+    // How fast is the base's to judge.
+    let speed = words.optional(&range("v", f32::MIN, f32::MAX, "m/s"))?;
+    Ok(PathCommand::Append(Posture {
+        speed: speed.map(|speed| speed as f32),
+        ..posture
+    }))
 }
 
 fn pose(words: &mut Words<'_>) -> Result<Pose, Error> {

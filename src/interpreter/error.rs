@@ -6,6 +6,7 @@ use crate::map::MapError;
 use crate::params::ParamError;
 use crate::params::store::StoreError;
 use crate::supervisor::Fault;
+use crate::trajectory::{PathError, Unable};
 use crate::vehicle::Calibration;
 
 /// A refusal.
@@ -44,6 +45,10 @@ pub enum Error {
     Moving,
     /// The vehicle turns only while it moves, and stands.
     Standing,
+    /// No room for another posture.
+    Full,
+    /// A path that the vehicle cannot drive.
+    Path(PathError),
     /// No such parameter.
     Unknown,
     /// Not a covariance, or not a gain.
@@ -109,6 +114,10 @@ impl Error {
             Self::Standing => {
                 text.str("standing turns only while it moves");
             }
+            Self::Full => {
+                text.str("full there is no room for another posture");
+            }
+            Self::Path(error) => path(text, *error),
             Self::Unknown => {
                 text.str("unknown no such parameter");
             }
@@ -129,6 +138,36 @@ impl Error {
                 });
             }
         }
+    }
+}
+
+fn path(text: &mut Text, error: PathError) {
+    let (number, what) = match error {
+        PathError::Full | PathError::Still => {
+            text.str("range move_speed or turn_speed is 0");
+            return;
+        }
+        PathError::Range(n) => (n, "is none, or too far"),
+        PathError::Start(n) => (
+            n,
+            "does not lie ahead, and the vehicle cannot turn in place",
+        ),
+        PathError::Sharp(n) => (
+            n,
+            "takes too sharp a turn: the vehicle cannot turn in place",
+        ),
+    };
+    text.str("range posture")
+        .integer(number as i64 + 1)
+        .word(what);
+}
+
+/// What a refused path is answered with.
+pub fn refuse_path(error: Unable) -> Error {
+    match error {
+        Unable::Motion(refusal) => refuse(refusal),
+        Unable::Path(PathError::Full) => Error::Full,
+        Unable::Path(error) => Error::Path(error),
     }
 }
 

@@ -3,6 +3,7 @@
 use super::command::{Calibrate, Command, MotionArgs};
 use super::error::{Error, refuse, refuse_motion, refuse_param};
 use super::keyword::Keyword;
+use super::listing::Listing;
 use super::storage::Stage;
 use super::text::Text;
 use super::{Desk, Interpreter, PROTOCOL_VERSION, motion_defaults, reply};
@@ -60,6 +61,7 @@ impl Interpreter {
                 self.set_param(desk, id, value)?;
             }
             Command::Calibrate(what) => self.calibrate(desk, what)?,
+            Command::Path(command) => self.execute_path(desk, &command)?,
             Command::Map(ref command) => return self.execute_map(desk, command, text),
             Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
         }
@@ -140,8 +142,9 @@ impl Interpreter {
             }
             Keyword::ListParams => {
                 text.str("Params").integer(self.params.count() as i64);
-                self.listing = Some(0);
+                self.listing = Some(Listing::Params(0));
             }
+            Keyword::GetPath => self.list_path(text),
             Keyword::GetMap => self.list_map(text),
             Keyword::SaveParams => return self.send_to_store(Stage::Save, desk),
             Keyword::LoadParams => return self.send_to_store(Stage::Load, desk),

@@ -35,6 +35,10 @@ keywords! {
     Move motion "move" Some("m"), "[d [v [a]]]: translate by d m (inf: no end) at v m/s with a m/s2; v 0 stops this axis";
     Turn motion "turn" Some("t"), "[d [v [a]]]: rotate by d deg (inf: no end) at v deg/s with a deg/s2; v 0 stops this axis";
     Stop motion "Stop" None, ": both axes decelerate and hold";
+    GoTo path "GoTo" None, "x y [theta]: go to a posture";
+    Follow path "Follow" None, "x y [theta or - [v]], start or clear: add a posture to the path; follow it; forget it";
+    GetPath path "GetPath" None, ": number of postures left and what the base is about; then ~ n x y theta v of each";
+    Chase path "Chase" None, "x y [theta]: head to a posture that moves; say so at 1 to 50 Hz";
     GetEstPos position "GetEstPos" None, ": x y theta Cxx Cxy Cxt Cyy Cyt Ctt in m and deg";
     GetEstSpeed position "GetEstSpeed" None, ": v_s (m/s) v_alpha (deg/s)";
     CorrectPos position "CorrectPos" None, "dx dy dtheta K11 K12 K13 K21 ... K33: P += K dP, C -= K C, of the last GetEstPos";
@@ -87,8 +91,9 @@ impl Keyword {
 }
 
 /// The topics.
-pub const TOPICS: [&str; 7] = [
+pub const TOPICS: [&str; 8] = [
     "motion",
+    "path",
     "position",
     "calibration",
     "map",

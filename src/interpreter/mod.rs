@@ -9,8 +9,10 @@ mod error;
 mod execute;
 mod keyword;
 mod line;
+mod listing;
 mod map;
 pub mod number;
+mod path;
 mod reply;
 mod serial;
 mod storage;
@@ -20,16 +22,18 @@ mod text;
 pub use error::Error;
 pub use text::MAX_LINE;
 
-use crate::controller::{AxisCommand, Event, Interface, Snapshot};
+use crate::controller::{AxisCommand, Event, Interface, Procedure, Snapshot};
 use crate::params::{Blueprint, Fallback, Id, Params, radians};
 use crate::supervisor::Fault;
 use crate::time::Duration;
+use crate::trajectory::{Notice, Pilot};
 use crate::vehicle::differential;
 use command::Command;
 use crc::Letters;
 use heapless::Deque;
 use keyword::Keyword;
 use line::Reader;
+use listing::Listing;
 use map::Charts;
 use number::Sink;
 use storage::{Errand, Stage, Storage};
@@ -84,6 +88,15 @@ pub struct Identity {
     pub period: Duration,
 }
 
+/// What is to be told unasked.
+#[derive(Clone, Copy, Debug)]
+enum Told {
+    /// Of the control loop.
+    Event(Event),
+    /// Of a path.
+    Notice(Notice),
+}
+
 /// The command interpreter.
 #[allow(
     clippy::struct_excessive_bools,
@@ -107,11 +120,12 @@ pub struct Interpreter {
     forgotten: bool,
     storage: Storage,
     charts: Charts,
-    events: Deque<Event, 16>,
+    pilot: Pilot,
+    events: Deque<Told, 16>,
     output: Deque<u8, OUTPUT>,
     stream: Stream,
-    /// The next parameter of a list under way.
-    listing: Option<usize>,
+    /// A list under way.
+    listing: Option<Listing>,
     boot_told: bool,
     last_move: AxisCommand,
     last_turn: AxisCommand,
@@ -141,6 +155,7 @@ impl Interpreter {
             forgotten: false,
             storage,
             charts: Charts::new(),
+            pilot: Pilot::default(),
             events: Deque::new(),
             output: Deque::new(),
             stream: Stream::default(),
@@ -219,11 +234,21 @@ impl Interpreter {
 
     /// Takes in an event of the control loop. When nobody takes the output and the queue is full, a fault displaces the oldest event; any other event
     /// is lost.
+    ///
+    /// What a path or a chase is made of is not told: its moves and turns are nobody's but its own.
     pub fn notify(&mut self, event: Event) {
+        let is_own = match event {
+            Event::MoveDone(_) => self.pilot.is_own(Procedure::Move),
+            Event::TurnDone(_) => self.pilot.is_own(Procedure::Turn),
+            _ => false,
+        };
+        if is_own {
+            return;
+        }
         if self.events.is_full() && matches!(event, Event::Fault(..)) {
             self.events.pop_front();
         }
-        let _ = self.events.push_back(event);
+        let _ = self.events.push_back(Told::Event(event));
     }
 
     /// Takes out a byte to send.
@@ -248,12 +273,15 @@ impl Interpreter {
         {
             self.tell_fallback(fallback);
         }
+        // What it tells came before the lines that wait, and is told before their replies.
+        self.drive(desk, true);
         while self.has_room()
-            && let Some(event) = self.events.pop_front()
+            && let Some(told) = self.events.pop_front()
         {
-            self.tell_event(event);
+            self.tell_event(told);
         }
         while self.has_room() && self.answer_next(desk) {}
+        self.drive(desk, false);
         // What a Stop has to wait for may take long, or never end if nobody reads.
         let waits = self.storage.errand.is_some()
             || self.charts.is_busy()
@@ -286,16 +314,19 @@ impl Interpreter {
     }
 
     #[inline(never)]
-    fn tell_event(&mut self, event: Event) {
+    fn tell_event(&mut self, told: Told) {
         let mut text = Text::default();
-        reply::event(&mut text, event);
+        match told {
+            Told::Event(event) => reply::event(&mut text, event),
+            Told::Notice(notice) => path::notice(&mut text, notice),
+        }
         self.send(&mut text);
     }
 
     /// Answers one line, or goes on with a list; false if there is nothing to do or the desk is not ready.
     fn answer_next<C: Blueprint>(&mut self, desk: &mut Desk<C>) -> bool {
-        if let Some(next) = self.listing {
-            self.list(next);
+        if let Some(listing) = self.listing {
+            self.list(listing);
             return true;
         }
         if let Some(errand) = self.storage.errand {
@@ -328,16 +359,6 @@ impl Interpreter {
             return true;
         }
         false
-    }
-
-    #[inline(never)]
-    fn list(&mut self, next: usize) {
-        self.listing = self.params.ids().nth(next).map(|id| {
-            let mut text = Text::default();
-            reply::param_row(&mut text, &self.params, id);
-            self.send(&mut text);
-            next + 1
-        });
     }
 
     /// False if the errand is not done.

@@ -62,6 +62,7 @@ pub fn sinc(x: f32) -> f32 {
 /// sin x / x and (1 − cos x) / x: what an arc of angle `x` and unit length reaches ahead and to the side.
 ///
 /// For |x| < 0.25 by series (the first term left out is 3e-9), beyond by [`sin_cos`].
+#[inline]
 #[must_use]
 pub fn sinc_cosc(x: f32) -> (f32, f32) {
     if x > -0.25 && x < 0.25 {

@@ -1,7 +1,7 @@
 //! The parameters of a differential drive.
 
 use super::gains::GainIds;
-use super::{Blueprint, Id, Params, radians};
+use super::{Blueprint, Id, Params, Shape, radians};
 use crate::math::sqrt;
 use crate::vehicle::gains::{ROOT, of_each};
 use crate::vehicle::{self, Spread, differential};
@@ -68,6 +68,15 @@ pub(super) fn prior_of_wheels(params: &Params, base: Id) -> Spread {
 /// Nothing is steered.
 pub(super) fn steering_noise(_: &Params) -> f32 {
     0.0
+}
+
+/// Nothing but its wheels bounds a path.
+pub(super) fn shape(params: &Params) -> Shape {
+    Shape {
+        max_curvature: f32::INFINITY,
+        curvature_rate: f32::INFINITY,
+        half_track: 0.5 * params.get(Id::WheelBase),
+    }
 }
 
 /// It always does.

@@ -16,13 +16,14 @@ pub use table::{Id, Kind, Kinds, Spec};
 
 // What depends on the vehicle: a firmware for the differential drive alone knows no other.
 #[cfg(not(feature = "vehicles"))]
-use differential::{gains_of, own_defaults, prior, steering_noise, turns_in_place};
+use differential::{gains_of, own_defaults, prior, shape, steering_noise, turns_in_place};
 #[cfg(feature = "vehicles")]
-use others::{gains_of, own_defaults, prior, steering_noise, turns_in_place};
+use others::{gains_of, own_defaults, prior, shape, steering_noise, turns_in_place};
 
 use crate::controller::{AxisConfig, Config, Limits, Noise, Sensing};
 use crate::supervisor::{self, MotorModel};
-use crate::time::Duration;
+use crate::time::{self, Duration};
+use crate::trajectory::{KinematicLimits, Settings, Tolerance};
 use crate::vehicle::gains::OFFSETS;
 use crate::vehicle::{self, servo};
 use core::f32::consts::PI;
@@ -64,6 +65,16 @@ impl Default for Params {
     fn default() -> Self {
         Self::of(vehicle::Kind::Differential)
     }
+}
+
+/// What of a vehicle's shape bounds its paths.
+struct Shape {
+    /// 1/m.
+    max_curvature: f32,
+    /// 1/(m s).
+    curvature_rate: f32,
+    /// m; see [`KinematicLimits`].
+    half_track: f32,
 }
 
 /// A vehicle's configuration, which is built from its parameters.
@@ -178,6 +189,38 @@ impl Params {
             turn_speed: radians(self.get(Id::MaxTurnSpeed)),
             turn_acceleration: radians(self.get(Id::MaxTurnAccel)),
             turns_in_place: turns_in_place(self),
+        }
+    }
+
+    /// How paths are driven: with the speeds and accelerations that a command has which gives none. `period` is the tick's.
+    #[must_use]
+    pub fn trajectory(&self, period: Duration) -> Settings {
+        /// The slowest corner, as a share of the speed on a leg: less, and it is turned on the spot.
+        const SLOWEST: f32 = 0.15;
+        /// Of what a wheel can roll: the rest is for the servo, to take out what is left of errors.
+        const HEADROOM: f32 = 0.95;
+        let speed = self.get(Id::MoveSpeed);
+        let shape = shape(self);
+        Settings {
+            corner: self.get(Id::Corner),
+            tolerance: Tolerance {
+                distance: self.get(Id::Arrival),
+                heading: radians(self.get(Id::ArrivalTurn)),
+            },
+            chase_timeout: self.get(Id::ChaseTimeout),
+            limits: KinematicLimits {
+                speed,
+                acceleration: self.get(Id::MoveAccel),
+                turn_speed: radians(self.get(Id::TurnSpeed)),
+                turn_acceleration: radians(self.get(Id::TurnAccel)),
+                max_curvature: shape.max_curvature,
+                curvature_rate: shape.curvature_rate,
+                wheel_speed: HEADROOM * self.get(Id::MaxWheelSpeed),
+                half_track: shape.half_track,
+                slowest: SLOWEST * speed,
+                turns_in_place: turns_in_place(self),
+            },
+            period: time::seconds(period),
         }
     }
 

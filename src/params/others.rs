@@ -1,8 +1,8 @@
 //! The parameters of the other vehicles, and what differs from one vehicle to the other.
 
 use super::gains::GainIds;
-use super::{Blueprint, Id, Params, differential, radians};
-use crate::math::sqrt;
+use super::{Blueprint, Id, Params, Shape, differential, radians};
+use crate::math::{sin_cos, sqrt};
 use crate::vehicle::{Kind, Relation, Spread, bisteerable, steering, synchro, tricycle};
 use core::f32::consts::TAU;
 
@@ -148,6 +148,41 @@ pub(super) fn steering_noise(params: &Params) -> f32 {
     match params.vehicle() {
         Kind::Differential | Kind::Synchro => differential::steering_noise(params),
         Kind::Tricycle | Kind::BiSteerable => radians(radians(params.get(Id::NoiseSteer))),
+    }
+}
+
+/// Of a car, that of its steering: dκ = dφ/(ℓ cos² φ), at its slowest straight ahead. A wheel ahead of the axle goes √(v_s² + (ℓ v_α)²), which is no more than
+/// v_s + ℓ v_α.
+pub(super) fn shape(params: &Params) -> Shape {
+    let steered = |length: f32, track: f32| {
+        let (sin, cos) = sin_cos(radians(params.get(Id::SteerMax)));
+        Shape {
+            max_curvature: if turns_in_place(params) {
+                f32::INFINITY
+            } else {
+                sin / (cos * length)
+            },
+            curvature_rate: radians(params.get(Id::SteerRate)) / length,
+            half_track: length + 0.5 * track,
+        }
+    };
+    let wheel_base = params.get(Id::WheelBase);
+    match params.vehicle() {
+        Kind::Differential => differential::shape(params),
+        // Its wheels turn all together.
+        Kind::Synchro => Shape {
+            half_track: 0.0,
+            ..differential::shape(params)
+        },
+        Kind::Tricycle => steered(wheel_base, 0.0),
+        Kind::BiSteerable => {
+            let to_front = if params.is_on(Id::RearSteered) {
+                0.5 * wheel_base
+            } else {
+                wheel_base
+            };
+            steered(to_front, params.get(Id::Track))
+        }
     }
 }
 

@@ -234,6 +234,15 @@ parameters! {
         /// Largest squared Mahalanobis distance of an observation; 0: any.
         Gate "gate" "-" 0.0..1e6 = 25.0 Value;
 
+        /// Largest distance of a path from a corner that it rounds; 0: corners are turned on the spot.
+        Corner "corner" "m" 0.0..10.0 = 0.1 Value;
+        /// How near to a posture the base has to stop; farther off, it comes once more.
+        Arrival "arrival" "m" 5e-4..1.0 = 0.003 Value;
+        /// The same of a heading: it waits until it is there.
+        ArrivalTurn "arrival_turn" "deg" 0.05..90.0 = 0.4 Value;
+        /// A target that was not replaced for so long is not chased any more.
+        ChaseTimeout "chase_timeout" "s" 0.1..60.0 = 1.5 Value;
+
         /// Position gain of the translation.
         MoveGain "move_gain" "1/s" 0.0..100.0 = 8.0 Value;
         /// Position gain of the rotation.

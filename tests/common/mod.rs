@@ -5,6 +5,8 @@
     reason = "a test makes parameters for one base"
 )]
 
+pub(crate) mod paths;
+
 use std::f64::consts::PI;
 use vehicle_controller::controller::{Action, Controller, Estimate, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};

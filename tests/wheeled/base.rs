@@ -79,17 +79,27 @@ impl<V: VirtualVehicle<Config: Blueprint>> Base<V> {
     /// Sends a line, and gives what is said in the tick after it.
     pub fn ask(&mut self, line: &str) -> String {
         self.lines();
+        self.say(line);
+        self.tick();
+        self.lines().pop().unwrap_or_default()
+    }
+
+    /// Sends a line.
+    pub fn say(&mut self, line: &str) {
         for byte in line.bytes().chain([b'\n']) {
             self.interpreter.receive(byte);
         }
-        self.tick();
-        self.lines().pop().unwrap_or_default()
     }
 
     /// What has been said since the last time.
     pub fn lines(&mut self) -> Vec<String> {
         let said = String::from_utf8(std::mem::take(&mut self.said)).expect("it is ASCII");
         said.lines().map(str::to_owned).collect()
+    }
+
+    /// All that the interpreter keeps, written so that what is different looks different.
+    pub fn kept(&self) -> String {
+        format!("{:?}", self.interpreter)
     }
 
     pub fn snapshot(&self) -> &Snapshot {

@@ -3,7 +3,7 @@
 use vehicle_controller::params::{Id, Params};
 
 use super::reply::{code, either, unchecked};
-use super::{Due, Heard, Late, Session, shown, stops};
+use super::{Due, Heard, Late, Rows, Session, shown, stops};
 use crate::grammar::{self, Codes, Doubts};
 use crate::protocol::{Damage, Line};
 use crate::replies;
@@ -41,30 +41,62 @@ impl Session<'_> {
         } else {
             either(line)
         };
+        if self.hear_row(line) {
+            return;
+        }
+        if !self.framing_only {
+            replies::unsolicited(line);
+            self.hear_event(line);
+        }
+    }
+
+    /// Hears a row of the list under way; false if it is none.
+    fn hear_row(&mut self, line: &str) -> bool {
         let name = line.split(' ').nth(1).unwrap_or_default();
         if line.starts_with('~') && ["place", "arc", "there", "route"].contains(&name) {
             assert!(self.map_rows > 0, "nobody asked for {line}");
             self.map_rows -= 1;
             replies::map_row(line);
-            return;
+            return true;
         }
-        let next = Params::default().count() - self.rows;
-        match Params::default().ids().nth(next) {
-            Some(id) if id.spec().name == name => {
-                self.rows -= 1;
+        match self.rows {
+            _ if !line.starts_with("~ ") => false,
+            Rows::None => false,
+            Rows::Params(left) => {
+                let params = Params::default();
+                let id = params.ids().nth(params.count() - left);
+                let Some(id) = id.filter(|id| id.spec().name == name) else {
+                    return false;
+                };
+                self.rows = match left {
+                    1 => Rows::None,
+                    _ => Rows::Params(left - 1),
+                };
                 if !self.stale {
                     replies::row(line, &self.params, id);
                 }
+                true
             }
-            _ if self.framing_only => {}
-            _ => replies::unsolicited(line),
+            // There is no telemetry within a list: what has no room is dropped.
+            Rows::Path(next, left) => {
+                let number = replies::posture(line);
+                assert!(
+                    next.is_none_or(|next| next == number),
+                    "{line}, not {next:?}"
+                );
+                self.rows = match left {
+                    1 => Rows::None,
+                    _ => Rows::Path(Some(number + 1), left - 1),
+                };
+                true
+            }
         }
     }
 
     /// Hears a reply.
     fn hear_reply(&mut self, reply: &str, required: bool) -> Heard {
-        let rows = self.rows + self.map_rows;
-        assert_eq!(rows, 0, "a reply within a list: {reply}");
+        assert_eq!(self.rows, Rows::None, "a reply within a list: {reply}");
+        assert_eq!(self.map_rows, 0, "a reply within a list: {reply}");
         let Some(due) = self.due.pop_front() else {
             panic!("nobody asked for {reply}");
         };

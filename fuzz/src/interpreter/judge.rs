@@ -124,6 +124,7 @@ impl Session<'_> {
                     doubts.may.add(code);
                 }
             }
+            Ask::Route(route) => self.judge_route(route, doubts),
             Ask::Plain(_)
             | Ask::Help
             | Ask::Stream
@@ -206,6 +207,10 @@ impl Session<'_> {
                 self.expect_rows(ask, reply);
                 return false;
             }
+            Ask::Plain("GetPath") => {
+                self.expect_rows(ask, reply);
+                return false;
+            }
             Ask::Plain(command) if command.starts_with("Get") || command == "Version" => {
                 if !self.stale {
                     replies::of_snapshot(command, reply, snapshot);
@@ -244,6 +249,7 @@ impl Session<'_> {
                 self.params = *self.base.interpreter.params();
                 self.note_limits();
             }
+            Ask::Route(route) => return self.obeyed_route(route),
             Ask::ResetPos(pose, _) if !self.stale => self.placed = Some(pose),
             Ask::Calibrate(Calibrate::Learn(learns)) => self.learns = learns,
             Ask::Calibrate(Calibrate::Straight) => self.take_gains(),

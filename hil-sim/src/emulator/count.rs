@@ -1,4 +1,4 @@
-//! Counts the instructions of the control interrupt, exactly, on the image as it is shipped; and those of corrections and of the map, which wait for no
+//! Counts the instructions of the control interrupt, exactly, on the image as it is shipped; and those of corrections, paths and the map, which wait for no
 //! interrupt but are interrupted.
 
 use super::program::{Flow, Function, Program};
@@ -23,7 +23,7 @@ pub(super) struct Counter {
     pending: Vec<Call>,
     /// Of the interrupt that is under way, by callee.
     parts: BTreeMap<usize, (u64, u64)>,
-    corrections: Corrections,
+    outside: Outside,
     counts: Counts,
 }
 
@@ -43,8 +43,8 @@ pub struct Counts {
     pub starts: Vec<u64>,
     /// What was spent in each function that the handler calls, directly or not, with all that it calls in turn.
     pub parts: BTreeMap<String, PartCount>,
-    /// The same of corrections and of the map, without the interrupts that came in between; `most` is that of one call.
-    pub corrections: BTreeMap<String, PartCount>,
+    /// The same of corrections, paths and the map, outside of the handler, without the interrupts that came in between; `most` is that of one call.
+    pub outside: BTreeMap<String, PartCount>,
 }
 
 /// What was spent in a function.
@@ -58,8 +58,9 @@ pub struct PartCount {
     pub most: u64,
 }
 
-/// What a correction is made of, and what the map takes: names of their functions begin so.
-const CORRECTING: [&str; 5] = [
+/// What is counted of idle, corrections, paths and the map: names of their functions begin so.
+const COUNTED: [&str; 6] = [
+    "vehicle_controller::trajectory::",
     "vehicle_controller::controller::interface::",
     "vehicle_controller::controller::correction::",
     "vehicle_controller::controller::history::",
@@ -67,12 +68,12 @@ const CORRECTING: [&str; 5] = [
     "vehicle_controller::map::",
 ];
 
-/// Counts what idle spends on corrections and on the map.
+/// Counts what idle spends on them.
 #[derive(Debug, Default)]
-struct Corrections {
+struct Outside {
     /// Where calls are, whom they call and where they come back to.
     calls: HashMap<u64, (String, u64)>,
-    pending: Vec<CorrectionCall>,
+    pending: Vec<OutsideCall>,
     /// The other interrupt, of the serial line: its first instruction, its returns, and the count when it began.
     receive: (u64, Vec<u64>, Option<u64>),
     /// Spent in interrupts so far.
@@ -80,21 +81,21 @@ struct Corrections {
 }
 
 #[derive(Debug)]
-struct CorrectionCall {
+struct OutsideCall {
     callee: String,
     back: u64,
     count: u64,
     interrupted: u64,
 }
 
-impl Corrections {
+impl Outside {
     fn new(program: &Program) -> Result<Self> {
         let mut calls = HashMap::new();
         for function in program.reachable(program.idle()?) {
             for (at, flow) in program.flow(function) {
                 if let Flow::Call { target, back } = flow
                     && let Some(callee) = program.function(target)
-                    && CORRECTING.iter().any(|part| callee.name.contains(part))
+                    && COUNTED.iter().any(|part| callee.name.contains(part))
                 {
                     calls.insert(at, (callee.name.clone(), back));
                 }
@@ -135,7 +136,7 @@ impl Corrections {
             part.most = part.most.max(spent);
         }
         if let Some((callee, back)) = self.calls.get(&at) {
-            self.pending.push(CorrectionCall {
+            self.pending.push(OutsideCall {
                 callee: callee.clone(),
                 back: *back,
                 count: count + 1,
@@ -170,10 +171,10 @@ impl Counter {
             entered: None,
             pending: Vec::new(),
             parts: BTreeMap::new(),
-            corrections: if by_part {
-                Corrections::new(program)?
+            outside: if by_part {
+                Outside::new(program)?
             } else {
-                Corrections::default()
+                Outside::default()
             },
             counts: Counts::default(),
         };
@@ -201,7 +202,7 @@ impl Counter {
     pub(super) fn watches(&self) -> impl Iterator<Item = Watch> {
         let calls = self.calls.iter().flat_map(|(at, (_, back))| [*at, *back]);
         let mut all: Vec<u64> = calls.chain(self.exits.clone()).collect();
-        all.extend(self.corrections.watches());
+        all.extend(self.outside.watches());
         all.push(self.entry);
         all.sort_unstable();
         all.dedup();
@@ -217,8 +218,7 @@ impl Counter {
             self.counts.starts.push(hit.at.0);
         }
         let Some(entered) = self.entered else {
-            self.corrections
-                .hit(at, count, &mut self.counts.corrections);
+            self.outside.hit(at, count, &mut self.counts.outside);
             return;
         };
         while let Some(call) = self.pending.pop_if(|call| call.back == at) {
@@ -236,7 +236,7 @@ impl Counter {
         }
         if self.pending.is_empty() && self.exits.contains(&at) {
             self.counts.ticks.push(count + 1 - entered);
-            self.corrections.interrupt(count + 1 - entered);
+            self.outside.interrupt(count + 1 - entered);
             self.entered = None;
             for (callee, (calls, spent)) in std::mem::take(&mut self.parts) {
                 let name = self.names.get(callee).cloned().unwrap_or_default();
@@ -253,7 +253,7 @@ impl Counter {
         self.entered = None;
         self.pending.clear();
         self.parts.clear();
-        self.corrections.restart();
+        self.outside.restart();
     }
 
     /// What was counted so far.
@@ -333,7 +333,7 @@ impl fmt::Display for Counts {
         )?;
         let mean = |part: &PartCount| part.total as f64 / ticks.max(1) as f64;
         write_parts(f, &self.parts, mean)?;
-        if self.corrections.is_empty() {
+        if self.outside.is_empty() {
             return Ok(());
         }
         writeln!(
@@ -341,7 +341,7 @@ impl fmt::Display for Counts {
             "outside of the ticks; instructions of a call, without what interrupts it\n{:>8} {:>8} {:>8}  of",
             "mean", "maximum", "calls"
         )?;
-        write_parts(f, &self.corrections, |part| {
+        write_parts(f, &self.outside, |part| {
             part.total as f64 / part.calls as f64
         })
     }

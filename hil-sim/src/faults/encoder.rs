@@ -65,8 +65,21 @@ impl FaultyEncoder {
     /// What the decoder counts when the true count gets to `count`.
     #[inline]
     pub fn show(&mut self, count: i64) -> i64 {
-        self.follow(count, |_| ());
+        if self.is_in_step() {
+            // Edge after edge comes to the same.
+            let moved = count - self.count;
+            self.count = count;
+            self.disc += moved;
+            self.shown += moved;
+        } else {
+            self.follow(count, |_| ());
+        }
         self.shown
+    }
+
+    /// True if the decoder counts whatever the true encoder does.
+    fn is_in_step(&self) -> bool {
+        self.fault.is_none() && self.jump == 0 && levels(self.disc) == levels(self.shown)
     }
 
     /// The same, and each position that the decoder gets to on the way: its inputs have the levels of these positions, one edge after the other.

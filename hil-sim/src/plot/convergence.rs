@@ -140,7 +140,8 @@ fn draw_paths(scene: &mut Scene, before: &Replay, after: &Replay) {
         track(&before, Pen::dashed(PURPLE, 1.6)),
         track(&after, Pen::solid(ESTIMATE.color, 1.8)),
     ];
-    path::draw(scene, Rect::new(88.0, 52.0, 676.0, 945.0), &tracks);
+    let place = Rect::new(88.0, 52.0, 676.0, 945.0);
+    path::draw(scene, place, &tracks, &path::Asked::default());
 }
 
 /// A gain holds from its fix to the next.

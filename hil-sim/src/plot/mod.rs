@@ -1,5 +1,6 @@
 //! Figures of traces, of replayed logs, of calibrations and of clouds of poses, as SVG or PNG; equal rows make equal files, on any machine.
 
+mod asked;
 mod chart;
 mod cloud;
 mod convergence;
@@ -17,6 +18,7 @@ use std::path::Path;
 use anyhow::ensure;
 use plotters::style::RGBColor;
 
+pub use asked::{AskedPath, Place, asked_paths};
 pub use chart::{Chart, Ink, Mark, plot_charts};
 pub use cloud::{Cloud, OverTime, plot_cloud};
 pub use convergence::plot_convergence;
@@ -25,7 +27,7 @@ pub use returns::{Returns, plot_returns};
 
 use crate::trace::Row;
 use geometry::Rect;
-use path::Track;
+use path::{Asked, Track};
 use scene::{Align, Label, Pen, Scene, WIDTH};
 
 // Okabe and Ito's colours can be told apart by everyone.
@@ -47,17 +49,18 @@ pub fn check_name(path: &Path) -> anyhow::Result<()> {
 }
 
 /// Draws a trace: the true and estimated paths from above with the 95 % ellipses of the estimate, the speeds with
-/// their references and the states of the axes, the duties with the faults, and where the run ended.
+/// their references and the states of the axes, the duties with the faults, and where the run ended. If it was asked
+/// for paths, they are drawn, too, and where the references were.
 ///
 /// # Errors
 ///
 /// No row, a number that is not finite, a file name that ends neither in `.svg` nor in `.png`, or a file that cannot
 /// be written.
-pub fn plot(rows: &[Row], title: &str, path: &Path) -> anyhow::Result<()> {
-    trace_scene(rows, title)?.save(path)
+pub fn plot(rows: &[Row], asked: &[AskedPath], title: &str, path: &Path) -> anyhow::Result<()> {
+    trace_scene(rows, asked, title)?.save(path)
 }
 
-fn trace_scene(rows: &[Row], title: &str) -> anyhow::Result<Scene> {
+fn trace_scene(rows: &[Row], asked: &[AskedPath], title: &str) -> anyhow::Result<Scene> {
     let Some(last) = rows.last() else {
         anyhow::bail!("no row to plot");
     };
@@ -74,8 +77,17 @@ fn trace_scene(rows: &[Row], title: &str) -> anyhow::Result<Scene> {
         truth: TRUTH,
         estimate: ESTIMATE,
     };
+    let asked = Asked {
+        paths: asked,
+        reference: if asked.is_empty() {
+            Vec::new()
+        } else {
+            rows.iter().map(asked::reference).collect()
+        },
+    };
     let mut scene = new_figure(title);
-    path::draw(&mut scene, Rect::new(88.0, 52.0, 676.0, 770.0), &[track]);
+    let place = Rect::new(88.0, 52.0, 676.0, 770.0);
+    path::draw(&mut scene, place, &[track], &asked);
     motion::table(&mut scene, Rect::new(88.0, 832.0, 676.0, 982.0), last);
     motion::draw(&mut scene, Rect::new(784.0, 52.0, 1376.0, 998.0), rows);
     Ok(scene)
@@ -91,7 +103,7 @@ fn new_figure(title: &str) -> Scene {
     scene
 }
 
-fn drawn_numbers(row: &Row) -> [f64; 19] {
+fn drawn_numbers(row: &Row) -> [f64; 23] {
     [
         row.t,
         row.true_x,
@@ -106,6 +118,10 @@ fn drawn_numbers(row: &Row) -> [f64; 19] {
         row.cyy,
         row.cyt,
         row.ctt,
+        row.s,
+        row.s_ref,
+        row.alpha,
+        row.alpha_ref,
         row.v_s,
         row.v_s_ref,
         row.v_alpha,

@@ -164,6 +164,8 @@ pub(super) fn time_axis(times: impl IntoIterator<Item = f64>) -> (f64, f64) {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Swatch {
     Line(Pen),
+    /// A line with a ring.
+    Ringed(Pen),
     Box(RGBColor),
     Ellipse(RGBColor),
     Start,
@@ -205,6 +207,10 @@ fn draw_swatch(scene: &mut Scene, rect: Rect, swatch: Swatch) {
     let (x, y) = (0.5 * (rect.x0 + rect.x1), 0.5 * (rect.y0 + rect.y1));
     match swatch {
         Swatch::Line(pen) => scene.line(&[(rect.x0, y), (rect.x1, y)], pen),
+        Swatch::Ringed(pen) => {
+            scene.line(&[(rect.x0, y), (rect.x1, y)], pen);
+            scene.line(&circle((x, y), 4.0), pen);
+        }
         Swatch::Box(color) => {
             scene.rect(rect, color, 1.0);
             scene.frame(rect, Pen::solid(GREY, 0.6));

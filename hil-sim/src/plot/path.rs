@@ -2,10 +2,11 @@
 
 use plotters::style::RGBColor;
 
-use super::ReplayPath;
+use super::asked::AskedPath;
 use super::geometry::{Ellipse, Point, Rect, clip_area, clip_line, simplify};
 use super::panel::{Panel, Swatch, end_marker, legend, start_marker};
-use super::scene::{BLACK, Pen, Scene, pale};
+use super::scene::{BLACK, Pen, Scene, circle, pale};
+use super::{PURPLE, ReplayPath};
 
 /// Ellipses per path.
 const ELLIPSES: usize = 12;
@@ -17,6 +18,13 @@ const MARKER: f64 = 13.0;
 const LEAST_EXTENT: f64 = 0.2;
 /// Room for the markers around the path, pixels.
 const MARGIN: f64 = 60.0;
+/// Legs and postures that were asked for, and targets.
+const LEGS: Pen = Pen::solid(RGBColor(0x00, 0x9e, 0x73), 1.6);
+const TARGETS: Pen = Pen::dashed(RGBColor(0x00, 0x9e, 0x73), 1.6);
+/// Above all others: it seldom leaves the estimate.
+const REFERENCE: Pen = Pen::solid(PURPLE, 0.9);
+/// Radius of a posture's ring, pixels.
+const RING: f64 = 4.0;
 /// Points per line, for the size of the file.
 const MOST_POINTS: usize = 12_000;
 
@@ -27,14 +35,35 @@ pub(super) struct Track<'a> {
     pub estimate: Pen,
 }
 
+/// What a base was asked for, and where its references were.
+#[derive(Default)]
+pub(super) struct Asked<'a> {
+    pub paths: &'a [AskedPath],
+    pub reference: Vec<[f64; 3]>,
+}
+
+impl Asked<'_> {
+    /// The corners of a path's legs, m.
+    fn corners(path: &AskedPath) -> impl Iterator<Item = Point> {
+        let places = path.places.iter().map(|place| place.at);
+        path.start.into_iter().chain(places).map(|[x, y]| (x, y))
+    }
+
+    fn has(&self, is_chase: bool) -> bool {
+        self.paths
+            .iter()
+            .any(|path| path.start.is_none() == is_chase)
+    }
+}
+
 /// An ellipse and its centre, m.
 type Placed = (Point, Ellipse);
 
 /// Draws the panel: the legend at the top of the place, then the axes.
-pub(super) fn draw(scene: &mut Scene, place: Rect, tracks: &[Track]) {
+pub(super) fn draw(scene: &mut Scene, place: Rect, tracks: &[Track], asked: &Asked) {
     let ellipses: Vec<Vec<Placed>> = tracks.iter().map(|track| placed(track.path)).collect();
     let any_truth = tracks.iter().any(|track| track.path.truth.is_some());
-    let bounds = bounds(tracks, &ellipses);
+    let bounds = bounds(tracks, &ellipses, asked);
     // The scale does not depend on the legend's height enough to change what is visible.
     let guess = view(bounds, place);
     let ends: Vec<Point> = tracks.iter().flat_map(ends).collect();
@@ -46,7 +75,8 @@ pub(super) fn draw(scene: &mut Scene, place: Rect, tracks: &[Track]) {
         })
         .collect();
     let count = shown.iter().map(Vec::len).sum();
-    let entries = entries(tracks, any_truth, count);
+    let mut entries = asked_entries(asked);
+    entries.extend(self::entries(tracks, any_truth, count));
     let top = legend(scene, (place.x0, place.x1), place.y0, &entries);
     let panel = view(bounds, Rect { y0: top, ..place });
     for (track, ellipses) in tracks.iter().zip(&shown) {
@@ -62,6 +92,8 @@ pub(super) fn draw(scene: &mut Scene, place: Rect, tracks: &[Track]) {
         }
         draw_path(scene, &panel, &track.path.estimated, track.estimate);
     }
+    draw_asked(scene, &panel, asked);
+    draw_path(scene, &panel, &asked.reference, REFERENCE);
     for track in tracks {
         if let Some(truth) = &track.path.truth {
             draw_ends(scene, &panel, truth, track.truth.color, 1.0);
@@ -74,6 +106,21 @@ pub(super) fn draw(scene: &mut Scene, place: Rect, tracks: &[Track]) {
             0.62,
         );
     }
+}
+
+fn asked_entries(asked: &Asked) -> Vec<(Swatch, String)> {
+    let mut entries = Vec::new();
+    if asked.has(false) {
+        let text = "path asked for: postures and legs".into();
+        entries.push((Swatch::Ringed(LEGS), text));
+    }
+    if asked.has(true) {
+        entries.push((Swatch::Line(TARGETS), "target chased".into()));
+    }
+    if !asked.reference.is_empty() {
+        entries.push((Swatch::Line(REFERENCE), "reference".into()));
+    }
+    entries
 }
 
 /// Where markers will be drawn, m.
@@ -166,7 +213,7 @@ fn placed(path: &ReplayPath) -> Vec<Placed> {
 }
 
 /// What should be seen: the paths, and the ellipses unless they are much larger.
-fn bounds(tracks: &[Track], ellipses: &[Vec<Placed>]) -> Rect {
+fn bounds(tracks: &[Track], ellipses: &[Vec<Placed>], asked: &Asked) -> Rect {
     let poses = tracks.iter().flat_map(|track| {
         track
             .path
@@ -174,8 +221,9 @@ fn bounds(tracks: &[Track], ellipses: &[Vec<Placed>]) -> Rect {
             .iter()
             .chain(track.path.truth.iter().flatten())
     });
-    let paths =
-        Rect::around(poses.map(|pose| (pose[0], pose[1]))).unwrap_or(Rect::new(0.0, 0.0, 0.0, 0.0));
+    let corners = asked.paths.iter().flat_map(Asked::corners);
+    let points = poses.map(|pose| (pose[0], pose[1])).chain(corners);
+    let paths = Rect::around(points).unwrap_or(Rect::new(0.0, 0.0, 0.0, 0.0));
     let limit = 0.5 * paths.width().max(paths.height()).max(LEAST_EXTENT);
     let outlines = ellipses
         .iter()
@@ -211,6 +259,25 @@ fn draw_path(scene: &mut Scene, panel: &Panel, poses: &[[f64; 3]], pen: Pen) {
         .map(|pose| panel.pixel((pose[0], pose[1])))
         .collect();
     scene.line(&simplify(&points, MOST_POINTS), pen);
+}
+
+/// The legs with a ring at each posture, and a dash in its heading if it has one.
+fn draw_asked(scene: &mut Scene, panel: &Panel, asked: &Asked) {
+    for path in asked.paths {
+        let corners: Vec<Point> = Asked::corners(path).map(|at| panel.pixel(at)).collect();
+        let is_chase = path.start.is_none();
+        scene.line(&corners, if is_chase { TARGETS } else { LEGS });
+        for place in path.places.iter().filter(|_| !is_chase) {
+            let at = panel.pixel((place.at[0], place.at[1]));
+            scene.line(&circle(at, RING), LEGS);
+            if let Some(heading) = place.heading {
+                let (sin, cos) = heading.sin_cos();
+                // On the screen y grows downwards.
+                let along = |way: f64| (at.0 + way * cos, at.1 - way * sin);
+                scene.line(&[along(RING), along(4.0 * RING)], LEGS);
+            }
+        }
+    }
 }
 
 fn outline(panel: &Panel, (center, ellipse): &Placed) -> Vec<Point> {

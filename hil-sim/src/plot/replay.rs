@@ -131,7 +131,8 @@ pub(super) fn replay_scene(paths: &[ReplayPath], title: &str) -> anyhow::Result<
         .enumerate()
         .map(|(index, path)| track(path, index, paths.len()))
         .collect();
-    path::draw(&mut scene, Rect::new(88.0, 52.0, 676.0, 945.0), &tracks);
+    let place = Rect::new(88.0, 52.0, 676.0, 945.0);
+    path::draw(&mut scene, place, &tracks, &path::Asked::default());
     let timed = paths.iter().all(|path| !path.t.is_empty());
     let panels = [
         Errors {

@@ -236,9 +236,9 @@ fn texts_neither_overlap_nor_leave_the_figure() {
         vec![still(3.0)],
         drive(0.0, FRAC_PI_2, 500, 0.01),
     ] {
-        check_texts(&trace_scene(&rows, title).unwrap());
+        check_texts(&trace_scene(&rows, &[], title).unwrap());
     }
-    check_texts(&trace_scene(&run(), &"a very long title ".repeat(40)).unwrap());
+    check_texts(&trace_scene(&run(), &[], &"a very long title ".repeat(40)).unwrap());
     let many: Vec<_> = (0..9)
         .map(|i| replayed(&format!("log-{i}-with-a-long-name"), 1.0 + 0.1 * i as f64))
         .collect();
@@ -334,7 +334,9 @@ fn each_vehicle_shows_the_gains_it_has() {
 
 #[test]
 fn svg_has_its_legends() {
-    let bytes = write("run.svg", |path| plot(&run(), "move <1 m> & turn", path));
+    let bytes = write("run.svg", |path| {
+        plot(&run(), &[], "move <1 m> & turn", path)
+    });
     let text = String::from_utf8(bytes).unwrap().replace('\n', "");
     assert!(text.starts_with("<svg width=\"1400\" height=\"1000\""));
     assert!(text.ends_with("</svg>"));
@@ -373,7 +375,7 @@ fn svg_has_its_legends() {
 fn png_has_its_magic_and_size() {
     for name in ["run.png", "run-capitals.PNG"] {
         let bytes = write(name, |path| {
-            plot(&run(), "1 m forward, then 90° to the left", path)
+            plot(&run(), &[], "1 m forward, then 90° to the left", path)
         });
         assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
         assert_eq!(bytes[16..20], 1400u32.to_be_bytes());
@@ -384,7 +386,7 @@ fn png_has_its_magic_and_size() {
 #[test]
 fn figures_are_deterministic() {
     for name in ["twice.svg", "twice.PNG"] {
-        let draw = |path: &Path| plot(&run(), "twice", path);
+        let draw = |path: &Path| plot(&run(), &[], "twice", path);
         assert!(write(name, draw) == write(name, draw), "{name}");
     }
 }
@@ -393,7 +395,7 @@ fn figures_are_deterministic() {
 fn long_traces_make_small_files() {
     let rows = long();
     for name in ["long.svg", "long.png"] {
-        let bytes = write(name, |path| plot(&rows, "100000 rows of noise", path));
+        let bytes = write(name, |path| plot(&rows, &[], "100000 rows of noise", path));
         assert!(bytes.len() < 2_000_000, "{name}: {} bytes", bytes.len());
     }
 }
@@ -401,18 +403,27 @@ fn long_traces_make_small_files() {
 #[test]
 fn special_paths_can_be_drawn() {
     write("straight.png", |path| {
-        plot(&drive(1.0, 0.0, 500, 0.01), "straight line", path)
+        plot(&drive(1.0, 0.0, 500, 0.01), &[], "straight line", path)
     });
     write("rotation.png", |path| {
-        plot(&drive(0.0, FRAC_PI_2, 400, 0.01), "rotation in place", path)
+        plot(
+            &drive(0.0, FRAC_PI_2, 400, 0.01),
+            &[],
+            "rotation in place",
+            path,
+        )
     });
-    write("single.png", |path| plot(&[still(3.0)], "single row", path));
+    write("single.png", |path| {
+        plot(&[still(3.0)], &[], "single row", path)
+    });
     let mut unsure = drive(1.0, 0.0, 500, 0.01);
     for row in &mut unsure {
         row.cxx += 0.5;
         row.cyy += 40.0;
     }
-    write("unsure.png", |path| plot(&unsure, "very uncertain", path));
+    write("unsure.png", |path| {
+        plot(&unsure, &[], "very uncertain", path)
+    });
 }
 
 #[test]
@@ -459,13 +470,16 @@ fn bad_requests_are_refused() {
     let rows = run();
     for name in ["figure.pdf", "figure"] {
         assert_eq!(
-            message(plot(&rows, "", Path::new(name))),
+            message(plot(&rows, &[], "", Path::new(name))),
             format!("{name}: a figure must be named *.svg or *.png")
         );
     }
-    assert_eq!(message(plot(&[], "", Path::new("a.svg"))), "no row to plot");
+    assert_eq!(
+        message(plot(&[], &[], "", Path::new("a.svg"))),
+        "no row to plot"
+    );
     for name in ["/nowhere/a.svg", "/nowhere/a.png"] {
-        let text = message(plot(&rows, "", Path::new(name)));
+        let text = message(plot(&rows, &[], "", Path::new(name)));
         assert!(
             text.starts_with(&format!("cannot write the figure {name}: ")),
             "{text}"
@@ -475,7 +489,7 @@ fn bad_requests_are_refused() {
     let mut bad = still(1.5);
     bad.est_y = f64::INFINITY;
     assert_eq!(
-        message(plot(&[bad], "", Path::new("a.svg"))),
+        message(plot(&[bad], &[], "", Path::new("a.svg"))),
         "the row at t = 1.5 s has a number that is not finite"
     );
     let mut short = replayed("short", 1.0);
@@ -498,4 +512,52 @@ fn bad_requests_are_refused() {
         )),
         "at 2 s there is a gain that is not finite"
     );
+}
+
+/// A path of two postures, one of them with a heading, and a target chased.
+fn asked() -> Vec<AskedPath> {
+    let place = |x, y, heading| Place {
+        at: [x, y],
+        heading,
+    };
+    vec![
+        AskedPath {
+            start: Some([0.0, 0.0]),
+            places: vec![place(1.0, 0.0, None), place(1.0, 0.5, Some(2.0))],
+        },
+        AskedPath {
+            start: None,
+            places: vec![place(0.5, 0.1, None), place(0.5, 3.0, None)],
+        },
+    ]
+}
+
+#[test]
+fn what_was_asked_for_is_drawn_with_the_references_and_told_in_the_legend() {
+    let texts = |asked: &[AskedPath]| {
+        let scene = trace_scene(&run(), asked, "a path").unwrap();
+        check_texts(&scene);
+        let texts: Vec<String> = scene
+            .shapes
+            .iter()
+            .filter_map(|shape| match shape {
+                Shape::Text(label) => Some(label.text.clone()),
+                _ => None,
+            })
+            .collect();
+        texts.join("|")
+    };
+    let legend = [
+        "path asked for: postures and legs",
+        "target chased",
+        "reference",
+    ];
+    let (with, without) = (texts(&asked()), texts(&[]));
+    for text in legend {
+        assert!(with.contains(text), "{with}");
+        assert!(!without.contains(&format!("|{text}|")), "{without}");
+    }
+    // The target is in sight: 3 m along y.
+    assert!(with.contains("|3.0|"), "{with}");
+    write("asked.svg", |path| plot(&run(), &asked(), "a path", path));
 }

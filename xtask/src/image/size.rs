@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use super::elf::{Image, Section};
 use super::vehicle::Vehicle;
 
-/// What issue and README promise.
+/// What the README promises.
 const FLASH_LIMIT: u32 = 160 * 1024;
 const RAM_LIMIT: u32 = 48 * 1024;
 
