@@ -52,16 +52,16 @@ const UPDATE: u64 = 8_400;
 
 /// A path through as many postures as there is room for, short legs and hairpins among them, so that corners have to be searched for.
 fn winding() -> String {
-    let mut script = String::from("0 SetParam corner 0.15\n");
     let (mut x, mut y) = (0.0_f64, 0.0_f64);
-    for k in 0..32 {
+    let postures = (0..32).map(|k| {
         let length = [0.25, 0.6, 0.12, 0.4][k % 4];
         let heading = [20.0_f64, 100.0, -30.0, 140.0][k % 4].to_radians();
         x += length * heading.cos();
         y += length * heading.sin();
-        let time = 0.02 * (k + 1) as f64;
-        script += &format!("{time:.2} Follow {x:.3} {y:.3}\n");
-    }
+        format!("{:.2} Follow {x:.3} {y:.3}", 0.02 * (k + 1) as f64)
+    });
+    let postures: Vec<_> = postures.collect();
+    let mut script = format!("0 SetParam corner 0.15\n{}\n", postures.join("\n"));
     script += "1 Follow start\n6 ObservePos 0.1 0.3 60 1e-4 0 0 1e-4 0 1\n9 GetPath\n";
     script += "12 Chase 0 0\n12.5 Chase 0.1 0\n14 GoTo 0 0 90\n17 !end\n";
     script

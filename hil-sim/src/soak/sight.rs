@@ -25,6 +25,8 @@ pub struct AxisSight {
 pub struct Sight {
     /// The controller's clock, µs.
     pub clock: u64,
+    /// What is seen may be of an instant that is later than the clock by so much, s.
+    pub blur: f64,
     /// Every number that the controller knows is one.
     pub is_finite: bool,
     /// Translation and rotation.
@@ -73,6 +75,7 @@ impl Watched for Rig {
         let pose = [estimate.pose.x, estimate.pose.y, estimate.pose.theta];
         let covariance = [c.m11, c.m12, c.m13, c.m22, c.m23, c.m33];
         Ok(Sight {
+            blur: 0.0,
             clock: snapshot.time.ticks(),
             is_finite: are_finite(&pose) && are_finite(&covariance) && is_finite(snapshot),
             axes: [axis(&snapshot.translation), axis(&snapshot.rotation)],
@@ -143,6 +146,8 @@ impl Watched for crate::emulator::ImageBase {
             row.battery,
         ];
         Ok(Sight {
+            // Idle may be in the midst of copying a snapshot: then some numbers are of the tick after the clock's.
+            blur: 1e-3,
             clock: (row.t * 1e6).round() as u64,
             is_finite: are_finite(&pose) && are_finite(&covariance) && are_finite(&numbers),
             axes: [

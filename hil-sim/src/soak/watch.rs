@@ -239,7 +239,7 @@ impl Watch {
         } else {
             allowed.slower
         };
-        let step = rate * elapsed * STEEPER + ROUNDING * self.max_speed[axis];
+        let step = rate * (elapsed + sight.blur) * STEEPER + ROUNDING * self.max_speed[axis];
         let too_fast = grows && now.reference.abs() > allowed.speed * (1.0 + 1e-6);
         if change <= step && !too_fast {
             return None;
