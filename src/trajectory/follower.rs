@@ -165,7 +165,7 @@ impl<const N: usize> Follower<N> {
     /// rest: see [`Self::may_start`].
     ///
     /// # Errors
-    /// [`PathError`] if the vehicle cannot come to one of them; an empty queue is out of [range](PathError::Range). Nothing has changed.
+    /// [`PathError`] if the vehicle cannot come to one of them; an empty queue is out of [range](PathError::Range). The postures stay.
     pub fn start(
         &mut self,
         pose: &Pose,
