@@ -180,7 +180,10 @@ fn places_and_arcs_fill_up() {
         assert_eq!(map.label(ids[0], label, None), is, "{label}");
     }
     let arc = bound(&SIDE);
-    assert_eq!(map.set_freeway(ids[0], ids[1], 1.0), Err(MapError::Unknown));
+    assert_eq!(
+        map.set_freeway(ids[0], ids[1], Some(1.0)),
+        Err(MapError::Arc)
+    );
     connect(&mut map, ids[0], ids[1], &arc).unwrap();
     connect(&mut map, ids[1], ids[2], &arc).unwrap();
     assert_eq!(connect(&mut map, ids[2], ids[0], &arc), Err(MapError::Full));
@@ -192,7 +195,7 @@ fn places_and_arcs_fill_up() {
         Err(MapError::Contradiction)
     );
     assert_eq!(map.arcs()[0].bound, arc);
-    assert_eq!(map.set_freeway(ids[1], ids[0], 1.0), Ok(()));
+    assert_eq!(map.set_freeway(ids[1], ids[0], Some(1.0)), Ok(()));
     assert_eq!(map.arcs()[0].freeway, Some(1.0));
     map.forget();
     assert_eq!(map, Map::new());
@@ -200,7 +203,7 @@ fn places_and_arcs_fill_up() {
         connect(&mut map, ids[0], ids[1], &arc),
         map.label(ids[0], "l1", None),
     ] {
-        assert_eq!(result, Err(MapError::Unknown));
+        assert_eq!(result, Err(MapError::Place));
     }
     assert!(map.route(ids[0], ids[1], 0.0).is_none());
     assert!(map.relation(ids[0], ids[0]).is_none());
@@ -435,7 +438,7 @@ fn routes_are_as_short_as_any() {
         let World { mut map, places } = world(&mut random);
         for arc in map.arcs().to_vec() {
             let width = random.between(-0.3, 1.5) as f32;
-            map.set_freeway(arc.from, arc.to, width).unwrap();
+            map.set_freeway(arc.from, arc.to, Some(width)).unwrap();
         }
         let width = random.between(0.1, 1.0) as f32;
         let at = |id: PlaceId| places.iter().position(|(place, _)| *place == id).unwrap();

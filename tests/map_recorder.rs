@@ -92,7 +92,7 @@ impl Base {
     }
 
     fn is_inside(&self) -> bool {
-        let leg = self.recorder.bound(&BOUNDS);
+        let leg = self.recorder.bound();
         holds(&leg.there, self.truth) && holds(&leg.back, self.truth.inverse())
     }
 }
@@ -121,7 +121,7 @@ fn a_turn_and_a_straight_run_are_one_motion_of_the_paper() {
         };
         base.recorder.take(&step, &bounds);
     }
-    let leg = base.recorder.bound(&bounds);
+    let leg = base.recorder.bound();
     let is = leg.there;
     let motion = Motion {
         turn: FRAC_PI_2,
@@ -147,7 +147,7 @@ fn a_turn_and_a_straight_run_are_one_motion_of_the_paper() {
 #[test]
 fn a_base_that_has_not_moved_is_where_it_was() {
     let recorder = Recorder::<12>::new();
-    assert_eq!(recorder.bound(&BOUNDS), Leg::HERE);
+    assert_eq!(recorder.bound(), Leg::HERE);
     assert!(recorder.is_empty());
 }
 
@@ -162,7 +162,7 @@ fn a_square_is_as_tight_as_the_theory_s() {
     for _ in 0..4 {
         base.drive(&leg, &Wrong::default());
     }
-    let radius = base.recorder.bound(&BOUNDS).there.disc.radius;
+    let radius = base.recorder.bound().there.disc.radius;
     // ±5°, ±5 cm: 0.70 m from the right. The paper's 5 cm per metre doubles the length's part, and 0.01 rad/m adds a tenth of the heading's.
     assert!((0.70..1.15).contains(&radius), "{radius}");
     assert!(base.is_inside());
@@ -209,12 +209,12 @@ fn curves_corners_and_backing_are_inside_however_wrong_odometry_is() {
             assert!(
                 base.is_inside(),
                 "drive {drive}: {leg:?} {wrong:?}: {:?} {:?}",
-                base.recorder.bound(&BOUNDS),
+                base.recorder.bound(),
                 base.truth
             );
         }
         // It is a bound that says something: it does not hold all that the drive could reach.
-        let radius = base.recorder.bound(&BOUNDS).there.disc.radius;
+        let radius = base.recorder.bound().there.disc.radius;
         let far = base.measured.x.hypot(base.measured.y);
         excluding += u32::from(radius < far);
     }

@@ -236,7 +236,8 @@ pub fn map_rows(ask: Ask, reply: &str) -> usize {
     match ask {
         Ask::Map("AmIThere", true) => 0,
         Ask::Map(..) => words.next().unwrap_or_default(),
-        _ => words.sum(),
+        // The last word is the place where the journey began.
+        _ => words.take(3).sum(),
     }
 }
 
@@ -249,8 +250,11 @@ pub fn map_row(row: &str) {
     let kind = words.next().unwrap_or_default();
     let words: Vec<&str> = words.collect();
     let fine = match (kind, words.as_slice()) {
-        ("place", [_, meadow, landmarks @ ..]) => {
-            (0.0..=1000.0).contains(&number(meadow)) && landmarks.len() <= 4
+        ("place", [_, meadow]) => (0.0..=1000.0).contains(&number(meadow)),
+        ("landmark", [_, _]) => true,
+        ("landmark", [_, _, d, beta, r]) => {
+            let [d, r] = [d, r].map(|word| number(word));
+            d >= 0.0 && r >= 0.0 && number(beta).abs() <= 180.0
         }
         ("arc", [_, _, d, beta, r, eta, alpha, freeway, likely @ ..]) => {
             let [d, r, alpha] = [d, r, alpha].map(|word| number(word));
@@ -352,7 +356,7 @@ pub fn path_event(line: &str) -> Option<PathEvent> {
 /// # Panics
 /// If it is neither.
 pub fn unsolicited(line: &str) {
-    if path_event(line).is_some() {
+    if path_event(line).is_some() || line == "! map lost" {
         return;
     }
     if let Some(event) = line.strip_prefix("! ") {

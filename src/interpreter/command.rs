@@ -162,12 +162,20 @@ impl<'a> Words<'a> {
 
     /// The same, where `-` stands for a number that is left out though another one comes behind.
     fn unless_dash(&mut self, range: &Range) -> Result<Option<f64>, Error> {
-        let before = (self.rest, self.after_comma);
-        if self.next()? == Some(b"-") {
+        if self.dash()? {
             return Ok(None);
         }
-        (self.rest, self.after_comma) = before;
         self.optional(range)
+    }
+
+    /// Takes the next word if it is `-`.
+    pub(super) fn dash(&mut self) -> Result<bool, Error> {
+        let before = (self.rest, self.after_comma);
+        let is_dash = self.next()? == Some(b"-");
+        if !is_dash {
+            (self.rest, self.after_comma) = before;
+        }
+        Ok(is_dash)
     }
 
     pub(super) fn number(&mut self, range: &Range) -> Result<f64, Error> {

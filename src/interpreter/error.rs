@@ -131,11 +131,16 @@ impl Error {
                 text.str("storage ").str(error.text());
             }
             Self::Map(error) => {
-                text.str(match error {
-                    MapError::Full => "full no room in the map",
-                    MapError::Unknown => "unknown no such place, landmark, arc or route",
-                    MapError::Contradiction => "contradiction the bounds exclude it",
-                });
+                let code = match error {
+                    MapError::Full => "full",
+                    MapError::Contradiction => "contradiction",
+                    MapError::Place
+                    | MapError::Arc
+                    | MapError::Landmark
+                    | MapError::Route
+                    | MapError::Lost => "unknown",
+                };
+                text.str(code).word(error.text());
             }
         }
     }

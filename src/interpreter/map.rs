@@ -10,9 +10,10 @@ pub(super) use read::read;
 
 use super::error::Error;
 use super::text::Text;
-use super::{Address, Desk, Interpreter, begin};
+use super::{Address, Desk, Interpreter, Told, begin};
 use crate::map::{Answer, Atlas, Bounds, MapError, Name, PlaceId, Presence, Question, Route};
 use crate::params::{Blueprint, DEGREES, Id, Params};
+use crate::supervisor::Fault;
 use crate::time::Instant;
 
 /// What the map's bounds are, by the parameters.
@@ -39,7 +40,10 @@ struct Pending {
 #[derive(Clone, Debug)]
 enum Listing {
     There(Presence, usize),
-    Map(usize),
+    Place(usize),
+    /// Of a place.
+    Landmark(usize, usize),
+    Arc(usize),
     Route(Route<32>, usize),
 }
 
@@ -88,7 +92,7 @@ impl Charts {
 
     fn find(&self, name: &Name) -> Result<PlaceId, Error> {
         let place = self.atlas.map().find(name);
-        place.ok_or(Error::Map(MapError::Unknown))
+        place.ok_or(Error::Map(MapError::Place))
     }
 }
 
@@ -97,10 +101,19 @@ impl Interpreter {
     #[inline(never)]
     pub(super) fn chart<C: Blueprint>(&mut self, desk: &Desk<C>) {
         let snapshot = desk.snapshot();
-        if self.charts.seen != Some(snapshot.time) {
-            self.charts.seen = Some(snapshot.time);
+        let charts = &mut self.charts;
+        if charts.seen != Some(snapshot.time) {
+            charts.seen = Some(snapshot.time);
+            let has_known = charts.atlas.anchor().is_some();
+            if has_known && snapshot.fault.is_some_and(Fault::doubts_odometry) {
+                charts.atlas.lose();
+            }
             let bounds = bounds(&self.params);
-            self.charts.atlas.update(&snapshot.estimator, &bounds);
+            charts.atlas.update(&snapshot.estimator, &bounds);
+            if has_known && charts.atlas.anchor().is_none() {
+                // Without room for it, AmIThere still tells.
+                let _ = self.events.push_back(Told::Lost);
+            }
         }
         self.charts.atlas.work();
     }
@@ -146,7 +159,7 @@ impl Interpreter {
             MapCommand::Route(a, b, width) => {
                 let (a, b) = (charts.find(a)?, charts.find(b)?);
                 let route = charts.atlas.map().route(a, b, *width);
-                let route = route.ok_or(Error::Map(MapError::Unknown))?;
+                let route = route.ok_or(Error::Map(MapError::Route))?;
                 text.str("Route").integer(route.len() as i64);
                 charts.listing = Some(Listing::Route(route, 0));
                 return Ok(());
@@ -161,14 +174,25 @@ impl Interpreter {
         Ok(())
     }
 
-    /// `Map <places> <arcs>`, and the rows after that.
+    /// `Map <places> <landmarks> <arcs> <anchor>`, and the rows after that.
     #[inline(never)]
     pub(super) fn list_map(&mut self, text: &mut Text) {
         let map = self.charts.atlas.map();
+        let landmarks = map.places().map(|(_, place)| place.landmarks.len());
         text.str("Map")
             .integer(map.places().count() as i64)
+            .integer(landmarks.sum::<usize>() as i64)
             .integer(map.arcs().len() as i64);
-        self.charts.listing = Some(Listing::Map(0));
+        match self
+            .charts
+            .atlas
+            .anchor()
+            .and_then(|place| map.place(place))
+        {
+            Some(anchor) => text.word(&anchor.name),
+            None => text.word("-"),
+        };
+        self.charts.listing = Some(Listing::Place(0));
     }
 
     /// Goes on with a list, or answers what was asked if the answer is there.
@@ -185,8 +209,7 @@ impl Interpreter {
         let answer = match self.charts.atlas.answer() {
             Some(answer) => answer,
             None if self.charts.atlas.is_busy() => return,
-            // It has been lost meanwhile where the base is, and with that what was asked.
-            None => Err(MapError::Unknown),
+            None => Err(MapError::Lost),
         };
         let Some(pending) = self.charts.pending.take() else {
             return;
@@ -232,30 +255,45 @@ impl Charts {
 
     /// Writes a row, if there is one left; gives what is left then.
     #[inline(never)]
-    fn row(&self, listing: Listing, text: &mut Text) -> Option<Listing> {
+    fn row(&self, mut listing: Listing, text: &mut Text) -> Option<Listing> {
         let map = self.atlas.map();
-        match listing {
-            Listing::There(presence, next) => {
-                let (place, known) = map.places().nth(next)?;
-                text.str("~ there").word(&known.name);
-                tell::there(text, &self.atlas.there(&presence, place));
-                Some(Listing::There(presence, next + 1))
-            }
-            Listing::Map(next) => {
-                let places = map.places().count();
-                if let Some((_, place)) = map.places().nth(next) {
-                    tell::place(text, place);
-                } else {
-                    let arc = map.arcs().get(next.checked_sub(places)?)?;
-                    let name = |place| map.place(place).map(|place| place.name).unwrap_or_default();
-                    tell::arc(text, arc, &name(arc.from), &name(arc.to));
+        let name = |place| map.place(place).map(|place| place.name).unwrap_or_default();
+        loop {
+            match listing {
+                Listing::There(presence, next) => {
+                    let (place, known) = map.places().nth(next)?;
+                    text.str("~ there").word(&known.name);
+                    tell::there(text, &self.atlas.there(&presence, place));
+                    return Some(Listing::There(presence, next + 1));
                 }
-                Some(Listing::Map(next + 1))
-            }
-            Listing::Route(route, next) => {
-                let place = map.place(*route.get(next)?)?;
-                text.str("~ route").word(&place.name);
-                Some(Listing::Route(route, next + 1))
+                Listing::Place(next) => {
+                    let Some((_, place)) = map.places().nth(next) else {
+                        listing = Listing::Arc(0);
+                        continue;
+                    };
+                    tell::place(text, place);
+                    return Some(Listing::Landmark(next, 0));
+                }
+                Listing::Landmark(at, next) => {
+                    let (_, place) = map.places().nth(at)?;
+                    let Some(landmark) = place.landmarks.get(next) else {
+                        listing = Listing::Place(at + 1);
+                        continue;
+                    };
+                    tell::landmark(text, place, landmark);
+                    return Some(Listing::Landmark(at, next + 1));
+                }
+                Listing::Arc(next) => {
+                    let arc = map.arcs().get(next)?;
+                    tell::arc(text, arc, &name(arc.from), &name(arc.to));
+                    return Some(Listing::Arc(next + 1));
+                }
+                Listing::Route(ref route, next) => {
+                    let place = *route.get(next)?;
+                    text.str("~ route").word(&name(place));
+                    let route = route.clone();
+                    return Some(Listing::Route(route, next + 1));
+                }
             }
         }
     }

@@ -95,6 +95,8 @@ enum Told {
     Event(Event),
     /// Of a path.
     Notice(Notice),
+    /// The map does not know any more where the base is.
+    Lost,
 }
 
 /// The command interpreter.
@@ -319,6 +321,7 @@ impl Interpreter {
         match told {
             Told::Event(event) => reply::event(&mut text, event),
             Told::Notice(notice) => path::notice(&mut text, notice),
+            Told::Lost => drop(text.str("! map lost")),
         }
         self.send(&mut text);
     }

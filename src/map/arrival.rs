@@ -17,6 +17,11 @@ fn within(place: &Place) -> Cylinder {
     }
 }
 
+/// Certainly in a meadow of that radius, m.
+fn is_inside(here: &Cylinder, meadow: f64) -> bool {
+    here.disc.distance() + here.disc.radius <= meadow
+}
+
 impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, ARCS, STOPS> {
     /// The last place where the journey stopped, or began, and what is known of the base as seen from there.
     fn last_place(&self) -> Option<(PlaceId, Cylinder, Gaussian)> {
@@ -31,7 +36,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     #[inline(never)]
     pub(super) fn mark(&mut self) -> Stage {
         let Question::Mark(name, meadow) = &self.asked.question else {
-            return Stage::Done(Err(MapError::Unknown));
+            return Stage::Done(Err(MapError::Place));
         };
         let Some(place) = self.map.find(name) else {
             let marked = self.map.mark(name, meadow.unwrap_or(MEADOW));
@@ -39,7 +44,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
         };
         let meadow = *meadow;
         let Some(known) = self.map.place(place) else {
-            return Stage::Done(Err(MapError::Unknown));
+            return Stage::Done(Err(MapError::Place));
         };
         let mut seen = within(known);
         if let Some(radius) = meadow {
@@ -57,9 +62,8 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
             }
             connected?;
         }
-        let (arc, here) = (self.asked.arc, self.asked.here);
-        let stopped = self.anchor.is_some() && self.journey.go_to(&arc, &here).is_ok();
-        if stopped {
+        if self.anchor.is_some() {
+            self.go_to_here();
             // There is as much room as in the journey.
             let _ = self.stops.0.push((Some(place), self.asked.likely_here));
             self.trail.resume(&self.asked.since);
@@ -69,6 +73,24 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
         self.relations.begin(None);
         see_all(&mut self.map, place);
         Ok(Answer::Marked(place))
+    }
+
+    /// The journey's next stop is where the base was. A full one forgets its first.
+    fn go_to_here(&mut self) {
+        if self.journey.is_full() {
+            self.journey.forget_first();
+            self.stops.0.remove(0);
+        }
+        let (arc, here) = (self.asked.arc, self.asked.here);
+        // There is room now.
+        let _ = self.journey.go_to(&arc, &here);
+    }
+
+    /// True if the journey has led to this place, and the base has certainly not left it.
+    fn has_stayed_at(&self, place: PlaceId) -> bool {
+        let is_stop = matches!(self.stops.0.last(), Some((Some(last), _)) if *last == place);
+        let meadow = self.map.place(place).map_or(0.0, |known| known.meadow);
+        is_stop && is_inside(&self.asked.arc.there, meadow)
     }
 
     /// The journey begins anew, in a place's frame.
@@ -91,12 +113,11 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     #[inline(never)]
     pub(super) fn sight(&mut self) -> Stage {
         let Question::Sight(landmark, sighting) = &self.asked.question else {
-            return Stage::Done(Err(MapError::Unknown));
+            return Stage::Done(Err(MapError::Place));
         };
         let at = self.last_place().and_then(|(place, here, _)| {
             let known = self.map.place(place)?;
-            let is_inside = here.disc.distance() + here.disc.radius <= known.meadow;
-            is_inside.then_some((place, here, known))
+            is_inside(&here, known.meadow).then_some((place, here, known))
         });
         let Some((place, here, known)) = at else {
             return Stage::Judge(Judged::default());
@@ -114,32 +135,33 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
             if seen.is_tighter_than(&here) {
                 return self.confirm(Claim { place, seen });
             }
-            // It tells nothing new of the base; of the landmark it may.
-            let labelled = self.map.label(place, landmark, spot);
-            return Stage::Done(labelled.map(|()| Answer::Confirmed(place, 0)));
         }
+        // It tells nothing new of the base; of the landmark it may.
+        let answer = match known.landmark(landmark) {
+            Some(_) => Answer::Confirmed(place, 0),
+            None => Answer::Added(place),
+        };
         let labelled = self.map.label(place, landmark, spot);
-        if labelled.is_ok() {
-            let spot = self.map.find(landmark).zip(spot);
-            if let Some((there, spot)) = spot {
-                see(&mut self.map, place, there, &spot);
-                self.relations.begin(None);
-            }
+        if labelled.is_ok()
+            && let Some((there, spot)) = self.map.find(landmark).zip(spot)
+        {
+            see(&mut self.map, place, there, &spot);
+            self.relations.begin(None);
         }
-        Stage::Done(labelled.map(|()| Answer::Added(place)))
+        Stage::Done(labelled.map(|()| answer))
     }
 
     /// Judges the next place: can the landmark be the one that is seen from there?
     #[inline(never)]
     pub(super) fn judge(&mut self, mut judged: Judged) -> Stage {
         let Question::Sight(landmark, sighting) = &self.asked.question else {
-            return Stage::Done(Err(MapError::Unknown));
+            return Stage::Done(Err(MapError::Place));
         };
         let Some((place, known)) = self.map.places().nth(judged.next) else {
             return match (judged.found, judged.fitting) {
                 (Some(claim), 1) => self.confirm(claim),
                 (Some(_), fitting) => Stage::Done(Ok(Answer::Unsure(fitting))),
-                (None, _) => Stage::Done(Err(MapError::Unknown)),
+                (None, _) => Stage::Done(Err(MapError::Landmark)),
             };
         };
         judged.next += 1;
@@ -183,10 +205,10 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
         if !presence.meets(&self.asked.here) {
             return Stage::Done(Err(MapError::Contradiction));
         }
-        let (arc, here) = (self.asked.arc, self.asked.here);
-        if self.journey.go_to(&arc, &here).is_err() {
-            return self.arrive(claim, 0);
+        if !self.agrees(&claim) {
+            return Stage::Done(Err(MapError::Contradiction));
         }
+        self.go_to_here();
         let backward = self.journey.look_back(&presence);
         Stage::Check(claim, backward)
     }
@@ -194,55 +216,97 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     /// Looks whether there is a contradiction, before anything is changed.
     pub(super) fn check(&mut self, claim: Claim, mut backward: Backward) -> Stage {
         match self.journey.back(&mut backward) {
-            Ok(Some(_)) => Stage::Check(claim, backward),
+            Ok(Some((stop, bound))) if self.agrees_on(stop, &bound) => {
+                Stage::Check(claim, backward)
+            }
             Ok(None) => {
                 let relation = self.relations.to(claim.place).unwrap_or(Cylinder::HERE);
                 let presence = relation.then(&claim.seen);
                 Stage::Apply(claim, self.journey.look_back(&presence))
             }
-            Err(_) => {
+            Ok(Some(_)) | Err(_) => {
                 self.journey.retreat();
                 Stage::Done(Err(MapError::Contradiction))
             }
         }
     }
 
+    /// The place of a stop, if it is another one than the journey's first.
+    fn stop(&self, stop: usize) -> Option<(PlaceId, PlaceId, Gaussian)> {
+        let (Some((Some(place), likely)), Some(anchor)) = (self.stops.0.get(stop), self.anchor)
+        else {
+            return None;
+        };
+        (*place != anchor).then_some((anchor, *place, *likely))
+    }
+
+    /// False if the map excludes what is known of a stop now.
+    fn agrees_on(&self, stop: usize, bound: &Cylinder) -> bool {
+        let stop = self.stop(stop);
+        stop.is_none_or(|(anchor, place, _)| self.map.agrees(anchor, place, bound))
+    }
+
     /// Takes over what is known of one stop more.
     pub(super) fn apply(&mut self, claim: Claim, mut backward: Backward) -> Stage {
         let Ok(Some((stop, bound))) = self.journey.back(&mut backward) else {
+            self.journey.retreat();
             return self.arrive(claim, backward.shrunk());
         };
         self.journey.tighten(stop, &bound);
-        if let (Some((Some(place), likely)), Some(anchor)) = (self.stops.0.get(stop), self.anchor)
-            && *place != anchor
-        {
-            // It ties down the rubbery map. Without room for it, nothing that was known is lost.
-            let _ = self.map.connect(anchor, *place, &bound, likely);
+        if let Some((anchor, place, likely)) = self.stop(stop) {
+            // It ties down the rubbery map; that it agrees with it was seen before.
+            let _ = self.map.reason(anchor, place, &bound, &likely);
         }
         Stage::Apply(claim, backward)
     }
 
-    /// The base is at a place: it is known as seen from the last one, and the journey begins anew.
-    #[inline(never)]
-    fn arrive(&mut self, claim: Claim, shrunk: usize) -> Stage {
-        let Claim { place, seen } = claim;
-        let mut here = seen;
-        if let Some(relation) = self.relations.to(place) {
-            let known = relation.inverse().then(&self.asked.here);
-            here = seen.common(&known).unwrap_or(seen);
-        }
-        if let Some((from, bound, likely)) = self.last_place()
-            && from != place
-        {
+    /// What is known of the base in the frame of the place where it is.
+    fn seen_from(&self, claim: &Claim) -> Cylinder {
+        let seen = claim.seen;
+        let Some(relation) = self.relations.to(claim.place) else {
+            return seen;
+        };
+        let known = relation.inverse().then(&self.asked.here);
+        seen.common(&known).unwrap_or(seen)
+    }
+
+    /// The arc from the last place to the one where the base is.
+    fn arrival(&self, claim: &Claim) -> Option<(PlaceId, Cylinder, Gaussian)> {
+        let here = self.seen_from(claim);
+        let (from, bound, likely) = self.last_place()?;
+        (from != claim.place).then(|| {
             let bound = bound.then(&here.inverse());
             let likely = likely.then(&Gaussian::about(&here).inverse());
+            (from, bound, likely)
+        })
+    }
+
+    /// False if the map excludes that arc.
+    fn agrees(&self, claim: &Claim) -> bool {
+        let arrival = self.arrival(claim);
+        arrival.is_none_or(|(from, bound, _)| self.map.agrees(from, claim.place, &bound))
+    }
+
+    /// The base is at a place: it is known as seen from the last one, and the journey begins anew. Where it has stayed, it goes on: what was seen before may be
+    /// seen again without an end to it.
+    #[inline(never)]
+    fn arrive(&mut self, claim: Claim, shrunk: usize) -> Stage {
+        let place = claim.place;
+        let has_stayed = self.has_stayed_at(place);
+        if let Some((from, bound, likely)) = self.arrival(&claim) {
+            // Without room for it, nothing that was known is lost.
             let _ = self.map.connect(from, place, &bound, &likely);
         }
         if let Question::Mark(name, Some(meadow)) = &self.asked.question {
             // It is known, so there is room.
             let _ = self.map.mark(name, *meadow);
         }
-        self.start_at(place, &here);
+        if has_stayed {
+            self.relations.begin(None);
+        } else {
+            let here = self.seen_from(&claim);
+            self.start_at(place, &here);
+        }
         Stage::Done(Ok(Answer::Confirmed(place, shrunk)))
     }
 }
@@ -270,10 +334,10 @@ fn see<const PLACES: usize, const ARCS: usize>(
     };
     let known = map.has_arc(from, to) || map.has_arc(to, from);
     if !known {
-        let _ = map.connect(from, to, &bound, &Gaussian::about(&bound));
+        let _ = map.reason(from, to, &bound, &Gaussian::about(&bound));
     }
     if map.freeway(from, to).is_none() {
-        let _ = map.set_freeway(from, to, 0.0);
+        let _ = map.set_freeway(from, to, Some(0.0));
     }
 }
 

@@ -114,7 +114,7 @@ impl<const STOPS: usize> Stops<STOPS> {
 /// # }
 /// ```
 #[derive(Clone, Debug)]
-pub struct Atlas<const PLACES: usize = 32, const ARCS: usize = 96, const STOPS: usize = 24> {
+pub struct Atlas<const PLACES: usize = 32, const ARCS: usize = 96, const STOPS: usize = 33> {
     pub(super) map: Map<PLACES, ARCS>,
     pub(super) relations: Relations<PLACES>,
     /// The place in whose frame the journey began. `None` if nobody knows.
@@ -228,7 +228,12 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     ///
     /// # Errors
     /// As for [`Map::set_freeway`].
-    pub fn set_freeway(&mut self, a: PlaceId, b: PlaceId, width: f32) -> Result<(), MapError> {
+    pub fn set_freeway(
+        &mut self,
+        a: PlaceId,
+        b: PlaceId,
+        width: Option<f32>,
+    ) -> Result<(), MapError> {
         self.map.set_freeway(a, b, width)
     }
 
@@ -238,7 +243,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
         self.trail.read(estimator, bounds);
         let _ = self.whole.read(estimator);
         let whole = Gaussian::from(&self.whole.estimate(estimator));
-        let arc = self.trail.recorder.bound(bounds);
+        let arc = self.trail.recorder.bound();
         self.asked = Asked {
             question,
             arc,
@@ -327,7 +332,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     #[inline(never)]
     fn cross(&mut self, frame: usize) -> Stage {
         let Question::Crosses(places) = self.asked.question else {
-            return Stage::Done(Err(MapError::Unknown));
+            return Stage::Done(Err(MapError::Place));
         };
         if self.relations.step(&self.map) {
             return Stage::Cross(frame);

@@ -30,19 +30,39 @@ impl PlaceId {
 pub enum MapError {
     /// No room for one more, or the name is longer than 15 bytes.
     Full,
-    /// No such place, or no arc between the two.
-    Unknown,
+    /// No such place.
+    Place,
+    /// No arc between the two places.
+    Arc,
+    /// No place with such a landmark is possible.
+    Landmark,
+    /// No way through freeways that are wide enough.
+    Route,
+    /// The base does not know any more where it is, and so not what was asked.
+    Lost,
     /// Not what the map already knows of these two places: no pose satisfies both, so one of the bounds did not hold.
     Contradiction,
 }
 
+impl MapError {
+    /// For people.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Full => "no room in the map",
+            Self::Place => "no such place",
+            Self::Arc => "no arc between the two",
+            Self::Landmark => "no place with that landmark is possible",
+            Self::Route => "no way that is wide enough",
+            Self::Lost => "the base has lost where it is",
+            Self::Contradiction => "the bounds exclude it",
+        }
+    }
+}
+
 impl core::fmt::Display for MapError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Full => "no room in the map",
-            Self::Unknown => "no such place or arc",
-            Self::Contradiction => "the map knows otherwise",
-        })
+        f.write_str(self.text())
     }
 }
 impl core::error::Error for MapError {}
@@ -97,6 +117,19 @@ pub struct Arc {
     pub likely: Gaussian,
     /// The smallest width of the freeway between the two, a straight corridor, m. `None` if none is known.
     pub freeway: Option<f32>,
+    /// Nobody drove it: it follows from others, and makes room for one that was driven.
+    pub is_reasoned: bool,
+}
+
+impl Arc {
+    /// Keeps what two bounds have in common, and the surer compound.
+    fn refine(&mut self, bound: &Cylinder, likely: &Gaussian) -> Result<(), MapError> {
+        self.bound = self.bound.common(bound).ok_or(MapError::Contradiction)?;
+        if likely.variance() < self.likely.variance() {
+            self.likely = *likely;
+        }
+        Ok(())
+    }
 }
 
 /// Places and arcs, in fixed memory: by default 32 and 96.
@@ -111,7 +144,7 @@ pub struct Arc {
 /// let run = Motion { turn: 0.0, turn_bound: 0.0873, nearest: 1.85, farthest: 2.15 };
 /// let bound = Cylinder::of_motion(&run)?;
 /// map.connect(door, desk, &bound, &Gaussian::about(&bound))?;
-/// map.set_freeway(door, desk, 0.8)?;
+/// map.set_freeway(door, desk, Some(0.8))?;
 /// assert!(map.route(desk, door, 0.6).is_some());
 /// assert!(map.route(desk, door, 0.9).is_none());
 /// # Ok(())
@@ -169,7 +202,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     /// Remembers that a landmark is seen from a place, and where it stands in its frame, if that is known and was not.
     ///
     /// # Errors
-    /// [`MapError::Unknown`], and [`MapError::Full`] if there are four others.
+    /// [`MapError::Place`], and [`MapError::Full`] if there are four others.
     pub fn label(
         &mut self,
         place: PlaceId,
@@ -190,9 +223,10 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     }
 
     /// Remembers where the frame of `to` lies as seen from that of `from`. If that was known already, what both bounds have in common, and the surer compound.
+    /// Without room for it, the widest of the arcs that [follow from others](Self::reason) is forgotten.
     ///
     /// # Errors
-    /// [`MapError::Unknown`], [`MapError::Full`], [`MapError::Contradiction`].
+    /// [`MapError::Place`], [`MapError::Full`], [`MapError::Contradiction`].
     pub fn connect(
         &mut self,
         from: PlaceId,
@@ -202,12 +236,9 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     ) -> Result<(), MapError> {
         self.place_mut(from)?;
         self.place_mut(to)?;
-        let known = |arc: &&mut Arc| arc.from == from && arc.to == to;
-        if let Some(arc) = self.arcs.iter_mut().find(known) {
-            arc.bound = arc.bound.common(bound).ok_or(MapError::Contradiction)?;
-            if likely.variance() < arc.likely.variance() {
-                arc.likely = *likely;
-            }
+        if let Some(arc) = self.arc_mut(from, to) {
+            arc.refine(bound, likely)?;
+            arc.is_reasoned = false;
             return Ok(());
         }
         let arc = Arc {
@@ -216,18 +247,82 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
             bound: *bound,
             likely: *likely,
             freeway: None,
+            is_reasoned: false,
         };
+        if self.arcs.is_full() {
+            let known = self.widest_reasoned().ok_or(MapError::Full)?;
+            *known = arc;
+            return Ok(());
+        }
         self.arcs.push(arc).map_err(|_| MapError::Full)
     }
 
-    /// Remembers that a straight corridor of at least that width (m) leads from one place to the other and back, along the arc between them. A width below 0
-    /// takes that back.
+    /// Remembers an arc that follows from others. Without room for it, the widest one of its kind is forgotten, be it this one.
     ///
     /// # Errors
-    /// [`MapError::Unknown`] if there is no arc between the two.
-    pub fn set_freeway(&mut self, a: PlaceId, b: PlaceId, width: f32) -> Result<(), MapError> {
-        let freeway = if width >= 0.0 { Some(width) } else { None };
-        let mut found = Err(MapError::Unknown);
+    /// [`MapError::Place`], [`MapError::Contradiction`].
+    pub fn reason(
+        &mut self,
+        from: PlaceId,
+        to: PlaceId,
+        bound: &Cylinder,
+        likely: &Gaussian,
+    ) -> Result<(), MapError> {
+        self.place_mut(from)?;
+        self.place_mut(to)?;
+        if let Some(arc) = self.arc_mut(from, to) {
+            return arc.refine(bound, likely);
+        }
+        let arc = Arc {
+            from,
+            to,
+            bound: *bound,
+            likely: *likely,
+            freeway: None,
+            is_reasoned: true,
+        };
+        if self.arcs.push(arc).is_err()
+            && let Some(known) = self.widest_reasoned()
+            && bound.disc.radius < known.bound.disc.radius
+        {
+            *known = arc;
+        }
+        Ok(())
+    }
+
+    /// False if an arc says that `to` cannot lie within this bound as seen from `from`.
+    #[must_use]
+    pub fn agrees(&self, from: PlaceId, to: PlaceId, bound: &Cylinder) -> bool {
+        let mut arcs = self.arcs.iter();
+        let known = arcs.find(|arc| (arc.from, arc.to) == (from, to));
+        known.is_none_or(|arc| arc.bound.meets(bound))
+    }
+
+    fn arc_mut(&mut self, from: PlaceId, to: PlaceId) -> Option<&mut Arc> {
+        let mut arcs = self.arcs.iter_mut();
+        arcs.find(|arc| (arc.from, arc.to) == (from, to))
+    }
+
+    /// Of the arcs that follow from others, and along which there is no freeway, the one with the largest circle.
+    fn widest_reasoned(&mut self) -> Option<&mut Arc> {
+        let arcs = self.arcs.iter_mut();
+        arcs.filter(|arc| arc.is_reasoned && arc.freeway.is_none())
+            .max_by(|a, b| a.bound.disc.radius.total_cmp(&b.bound.disc.radius))
+    }
+
+    /// Remembers that a straight corridor of at least that width (m) leads from one place to the other and back, along the arc between them; or that none does.
+    ///
+    /// # Errors
+    /// [`MapError::Arc`] if there is no arc between the two.
+    pub fn set_freeway(
+        &mut self,
+        a: PlaceId,
+        b: PlaceId,
+        width: Option<f32>,
+    ) -> Result<(), MapError> {
+        // A NaN, or less than nothing, is none.
+        let freeway = width.filter(|width| *width >= 0.0);
+        let mut found = Err(MapError::Arc);
         for arc in &mut self.arcs {
             if (arc.from, arc.to) == (a, b) || (arc.from, arc.to) == (b, a) {
                 arc.freeway = freeway;
@@ -274,7 +369,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     }
 
     fn place_mut(&mut self, id: PlaceId) -> Result<&mut Place, MapError> {
-        self.places.get_mut(id.index()).ok_or(MapError::Unknown)
+        self.places.get_mut(id.index()).ok_or(MapError::Place)
     }
 
     /// All places, as they were marked.

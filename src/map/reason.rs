@@ -159,6 +159,17 @@ impl<const STOPS: usize> Journey<STOPS> {
         self.bounds.clear();
     }
 
+    /// Forgets the first stop: the arcs before and after it become one.
+    pub fn forget_first(&mut self) {
+        if let [first, second, ..] = &mut *self.arcs {
+            *second = first.then(second);
+        }
+        if !self.bounds.is_empty() {
+            self.arcs.remove(0);
+            self.bounds.remove(0);
+        }
+    }
+
     /// Takes the last stop back.
     pub fn retreat(&mut self) {
         self.arcs.pop();

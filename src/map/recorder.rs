@@ -7,8 +7,8 @@ use heapless::Vec;
 
 /// How wrong odometry may be. Of a turn in place the heading, and of a run the heading and the length; \[B\]'s example is ±5° and ±(5 + 0.05 d) cm.
 ///
-/// A motion is a turn and the run after it, straight or curved: what it has turned is wrong by `turn` + `turn_per_metre` · d at most, at any point of its way,
-/// and what it has run by `distance` + `distance_share` · d in all.
+/// A motion is a turn and the run after it, straight or curved, each of up to 180°: what it has turned is wrong by `turn` + `turn_per_metre` · d at most, at any
+/// point of its way, and what it has run by `distance` + `distance_share` · d in all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Bounds {
@@ -20,6 +20,26 @@ pub struct Bounds {
     pub distance: f64,
     /// m/m.
     pub distance_share: f64,
+}
+
+impl Bounds {
+    /// Of a base that is never wrong.
+    const NONE: Self = Self {
+        turn: 0.0,
+        turn_per_metre: 0.0,
+        distance: 0.0,
+        distance_share: 0.0,
+    };
+
+    /// What holds if either does.
+    fn wider(&self, other: &Self) -> Self {
+        Self {
+            turn: larger(self.turn, other.turn),
+            turn_per_metre: larger(self.turn_per_metre, other.turn_per_metre),
+            distance: larger(self.distance, other.distance),
+            distance_share: larger(self.distance_share, other.distance_share),
+        }
+    }
 }
 
 /// A piece of a drive: at most some millimetres or a degree.
@@ -55,13 +75,16 @@ struct Open {
     running: f64,
     /// ΔS since it runs, m.
     run: f64,
-    /// Total variation of α since it runs, rad.
+    /// Total variation of α while it turned in place, and since it runs, rad.
+    pivot: f64,
     swing: f64,
     /// The headings since it runs, rad.
     lowest: f64,
     highest: f64,
     /// What (x, y) may be off by, because steps are taken for arcs, m.
     slack: f64,
+    /// The widest of those that were given on its way.
+    bounds: Bounds,
     /// There was a step.
     moved: bool,
 }
@@ -92,14 +115,15 @@ impl<const MOTIONS: usize> Recorder<MOTIONS> {
         }
     }
 
-    /// Takes a step in. A motion ends, and the next begins, where the base turns in place after a run, or turns its run back, or has run a half turn.
+    /// Takes a step in, which was not wrong by more than these bounds allow. A motion ends, and the next begins, where the base turns in place after a run, or
+    /// turns its run back, or has turned a half turn, in place or on its run.
     pub fn take(&mut self, step: &Step, bounds: &Bounds) {
         if self.open.ends_before(step) {
-            let motion = self.open.bound(bounds);
+            let motion = self.open.bound();
             self.append(motion);
             self.open = Open::NONE;
         }
-        self.open.take(step);
+        self.open.take(step, bounds);
     }
 
     /// Adds a motion; the two oldest become one if there is no room.
@@ -116,8 +140,8 @@ impl<const MOTIONS: usize> Recorder<MOTIONS> {
     /// The bound of where the drive has led as seen from its start, and of that as seen from there: what both groupings of its motions have in common.
     #[must_use]
     #[inline(never)]
-    pub fn bound(&self, bounds: &Bounds) -> Leg {
-        let open = self.open.moved.then(|| self.open.bound(bounds));
+    pub fn bound(&self) -> Leg {
+        let open = self.open.moved.then(|| self.open.bound());
         let motions = self.motions.iter().chain(&open);
         let left = motions.clone().copied().reduce(|all, next| all.then(&next));
         let right = motions.rev().copied().reduce(|all, one| one.then(&all));
@@ -151,20 +175,23 @@ impl Open {
         turning: 0.0,
         running: 0.0,
         run: 0.0,
+        pivot: 0.0,
         swing: 0.0,
         lowest: f64::INFINITY,
         highest: f64::NEG_INFINITY,
         slack: 0.0,
+        bounds: Bounds::NONE,
         moved: false,
     };
 
     fn ends_before(&self, step: &Step) -> bool {
         let is_back = step.travelled * self.run < 0.0 && step.travelled.abs() > 0.1 * RUN;
         let is_over = is_pivot(step) || is_back;
-        self.running >= RUN && is_over || self.swing >= PI
+        let has_turned = larger(self.pivot, self.swing) >= PI;
+        self.running >= RUN && is_over || has_turned
     }
 
-    fn take(&mut self, step: &Step) {
+    fn take(&mut self, step: &Step, bounds: &Bounds) {
         let half = 0.5 * step.turned;
         // A step is small: sinc to the second order is good to 1e-9 for 10°.
         let chord = step.travelled * (1.0 - half * half / 6.0);
@@ -176,6 +203,7 @@ impl Open {
         if is_pivot(step) {
             // What has run so far is too short to be a run.
             self.turning += self.running + step.path;
+            self.pivot += self.swing + step.swing;
             (self.running, self.run, self.swing) = (0.0, 0.0, 0.0);
             (self.lowest, self.highest) = (f64::INFINITY, f64::NEG_INFINITY);
         } else {
@@ -188,18 +216,20 @@ impl Open {
             self.swing += step.swing;
         }
         self.heading += step.turned;
+        self.bounds = self.bounds.wider(bounds);
         self.moved = true;
     }
 
     /// The bound of the motion: the tighter discs of those that hold.
-    fn bound(&self, bounds: &Bounds) -> Leg {
+    fn bound(&self) -> Leg {
+        let bounds = &self.bounds;
         let path = self.turning + self.running;
         let alpha = bounds.turn + bounds.turn_per_metre * path;
         let any = Leg::from(Cylinder {
-            disc: self.along(path, alpha, bounds),
+            disc: self.along(path, alpha),
             heading: Heading::new(self.heading, alpha),
         });
-        let Some([there, back]) = self.straight(alpha, bounds) else {
+        let Some([there, back]) = self.straight(alpha) else {
             return any;
         };
         Leg {
@@ -221,7 +251,8 @@ impl Open {
     /// ```
     ///
     /// for α < 90°, and what the length is wrong by adds to that, wherever it is. Beyond, all that is known is the length.
-    fn along(&self, path: f64, alpha: f64, bounds: &Bounds) -> Disc {
+    fn along(&self, path: f64, alpha: f64) -> Disc {
+        let bounds = &self.bounds;
         let wrong = bounds.distance + bounds.distance_share * path;
         let (sin, cos) = if alpha < core::f64::consts::FRAC_PI_2 {
             sin_cos(alpha)
@@ -238,7 +269,8 @@ impl Open {
     /// Of a run that is straight, or nearly, its end from the motion's beginning, and the reverse: the turn's direction, and the length of a chord. The headings
     /// of the run lie within β of one, so its chord is not shorter than its length times cos β, and its beginning is seen from its end within β of straight
     /// behind; what it turns on its way may be wrong by all of that, or by as much as a turn.
-    fn straight(&self, alpha: f64, bounds: &Bounds) -> Option<[Disc; 2]> {
+    fn straight(&self, alpha: f64) -> Option<[Disc; 2]> {
+        let bounds = &self.bounds;
         let (middle, spread) = (
             0.5 * (self.lowest + self.highest),
             0.5 * (self.highest - self.lowest),

@@ -6,7 +6,10 @@ use heapless::Vec;
 /// The best chain of arcs to a place that is known so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Way {
+    /// What all chains that were looked at have in common.
     bound: Cylinder,
+    /// The circle of this one, m.
+    radius: f64,
     /// The place before the last arc. The root's is itself.
     before: PlaceId,
     /// The last arc, by its place in the map.
@@ -25,8 +28,14 @@ enum State {
 }
 
 impl Way {
+    /// Another chain says that it lies within this bound. If rounding leaves nothing in common, either holds.
+    fn keep(&mut self, bound: &Cylinder) {
+        self.bound = self.bound.common(bound).unwrap_or(self.bound);
+    }
+
     const NONE: Self = Self {
         bound: Cylinder::HERE,
+        radius: 0.0,
         before: PlaceId::FIRST,
         arc: 0,
         state: State::Unknown,
@@ -132,8 +141,7 @@ impl<const PLACES: usize> Relations<PLACES> {
 
     /// Does a piece of the work; false if all is done.
     ///
-    /// Of a place's chain both groupings are bounds. Of two chains to a place on the way the one with the smaller radius is kept, though the other's heading may
-    /// be better known: a bound it is in any case.
+    /// Of a place's chain both groupings are bounds, and so are other chains: what they have in common is kept.
     #[inline(never)]
     pub fn step<const ARCS: usize>(&mut self, map: &Map<PLACES, ARCS>) -> bool {
         self.piece = match self.piece {
@@ -183,7 +191,7 @@ impl<const PLACES: usize> Relations<PLACES> {
         if let Some(way) = self.ways.get_mut(here.index()) {
             way.state = State::Settled;
             if let Some(right) = right {
-                way.bound = way.bound.tighter(&right);
+                way.keep(&right);
             }
         }
         Piece::Relax { here, next: 0 }
@@ -208,22 +216,29 @@ impl<const PLACES: usize> Relations<PLACES> {
                 return Piece::Relax { here, next: index };
             }
             left -= 1;
+            if Some(end) == self.root {
+                continue;
+            }
             let Some(known) = self.ways.get_mut(end.index()) else {
                 continue;
             };
-            if known.state == State::Settled {
-                continue;
-            }
             let step = seen_from(arc, here);
             let reached = if Some(here) == self.root {
                 step
             } else {
                 bound.then(&step)
             };
-            let is_first = known.state == State::Unknown;
-            if is_first || reached.disc.radius < known.bound.disc.radius {
+            let radius = reached.disc.radius;
+            if known.state == State::Unknown {
+                known.bound = reached;
+            } else {
+                known.keep(&reached);
+            }
+            let is_better = known.state == State::Open && radius < known.radius;
+            if known.state == State::Unknown || is_better {
                 *known = Way {
-                    bound: reached,
+                    bound: known.bound,
+                    radius,
                     before: here,
                     arc: index as u8,
                     state: State::Open,

@@ -174,3 +174,33 @@ impl Place {
         }
     }
 }
+
+impl Fault {
+    /// What the encoders, or the wheels' directions, have said until now may be wrong, or something of it is missing: the base may be anywhere.
+    #[must_use]
+    pub const fn doubts_odometry(self) -> bool {
+        match self {
+            Self::NoMotion
+            | Self::EncoderStuck
+            | Self::EncoderChannel
+            | Self::EncoderSign
+            | Self::EncoderJump
+            | Self::Mismatch
+            | Self::Steering
+            | Self::Overrun
+            | Self::Estimator => true,
+            Self::Estop
+            | Self::Output
+            | Self::Watchdog
+            | Self::Stall
+            | Self::WheelsFighting
+            | Self::Overcurrent
+            | Self::Overspeed
+            | Self::Following
+            | Self::Undervoltage
+            | Self::Overvoltage
+            | Self::Link
+            | Self::Storage => false,
+        }
+    }
+}

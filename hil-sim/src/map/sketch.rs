@@ -65,7 +65,7 @@ impl Sketch {
         self.map
             .connect(from, to, &bound, &Gaussian::about(&bound))?;
         if let Ok(width) = at(5) {
-            self.map.set_freeway(from, to, width as f32)?;
+            self.map.set_freeway(from, to, Some(width as f32))?;
         }
         Ok(())
     }

@@ -116,9 +116,14 @@ impl Walker {
         }
     }
 
-    /// Turns to a direction, by the truth.
+    /// Turns to a direction, by the truth: the short way mostly, in a tenth of all cases the long one, in a twentieth with a full turn more.
     pub fn face(&mut self, direction: f64) {
-        let angle = wrap(direction - self.pose()[2]);
+        let short = wrap(direction - self.pose()[2]);
+        let angle = match self.random.fraction() {
+            x if x < 0.1 => short - TAU.copysign(short),
+            x if x < 0.15 => short + TAU.copysign(short),
+            _ => short,
+        };
         self.drive(0.0, TURN_SPEED * angle.signum(), angle.abs() / TURN_SPEED);
     }
 

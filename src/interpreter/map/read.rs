@@ -17,8 +17,8 @@ pub enum MapCommand {
     Sight(Name, Option<Sight>),
     /// Label: a place and a landmark.
     Label(Name, Name),
-    /// Freeway: between two places, and how wide.
-    Freeway(Name, Name, f32),
+    /// Freeway: between two places, and how wide; or none.
+    Freeway(Name, Name, Option<f32>),
     /// Route: from one place to another, and how wide.
     Route(Name, Name, f32),
     /// Crosses: the ends of two ways.
@@ -55,9 +55,7 @@ pub(in crate::interpreter) fn read(
         Keyword::AmIThere => MapCommand::AmIThere(optional_name(words)?),
         Keyword::Sight => MapCommand::Sight(name(words)?, sight(words)?),
         Keyword::Label => MapCommand::Label(name(words)?, name(words)?),
-        Keyword::Freeway => {
-            MapCommand::Freeway(name(words)?, name(words)?, words.number(&WIDTH)? as f32)
-        }
+        Keyword::Freeway => MapCommand::Freeway(name(words)?, name(words)?, freeway(words)?),
         Keyword::Route => {
             MapCommand::Route(name(words)?, name(words)?, words.number(&WIDTH)? as f32)
         }
@@ -81,6 +79,14 @@ fn optional_name(words: &mut Words<'_>) -> Result<Option<Name>, Error> {
     let text = core::str::from_utf8(word).ok();
     let text = text.filter(|_| word.iter().all(is_good)).ok_or(NO_NAME)?;
     Name::try_from(text).map(Some).map_err(|_| NO_NAME)
+}
+
+/// `-` is no freeway.
+fn freeway(words: &mut Words<'_>) -> Result<Option<f32>, Error> {
+    if words.dash()? {
+        return Ok(None);
+    }
+    Ok(Some(words.number(&WIDTH)? as f32))
 }
 
 fn sight(words: &mut Words<'_>) -> Result<Option<Sight>, Error> {

@@ -2,7 +2,7 @@
 
 use crate::interpreter::reply;
 use crate::interpreter::text::Text;
-use crate::map::{Arc, Place, There};
+use crate::map::{Arc, Disc, Landmark, Place, There};
 use crate::params::DEGREES;
 
 /// `yes-maybe` or `no`, and the probability.
@@ -18,24 +18,32 @@ pub(super) fn there(text: &mut Text, there: &There) {
     };
 }
 
-/// `~ place <name> <meadow> <landmarks>`.
+/// `~ place <name> <meadow>`.
 pub(super) fn place(text: &mut Text, place: &Place) {
     text.str("~ place").word(&place.name).fixed(place.meadow, 3);
-    for landmark in &place.landmarks {
-        text.word(&landmark.name);
+}
+
+/// `~ landmark <name> <place> d β r`, or without the figures.
+pub(super) fn landmark(text: &mut Text, place: &Place, landmark: &Landmark) {
+    text.str("~ landmark")
+        .word(&landmark.name)
+        .word(&place.name);
+    if let Some(spot) = &landmark.spot {
+        disc(text, spot);
     }
+}
+
+fn disc(text: &mut Text, disc: &Disc) {
+    text.fixed(disc.distance(), 4)
+        .fixed(disc.bearing() * DEGREES, 3)
+        .fixed(disc.radius, 4);
 }
 
 /// `~ arc <from> <to> d β r η α <freeway> x y θ Cxx Cxy Cxθ Cyy Cyθ Cθθ`.
 pub(super) fn arc(text: &mut Text, arc: &Arc, from: &str, to: &str) {
-    let (disc, heading) = (&arc.bound.disc, &arc.bound.heading);
-    text.str("~ arc")
-        .word(from)
-        .word(to)
-        .fixed(disc.distance(), 4)
-        .fixed(disc.bearing() * DEGREES, 3)
-        .fixed(disc.radius, 4)
-        .fixed(heading.centre() * DEGREES, 3)
+    let heading = &arc.bound.heading;
+    disc(text.str("~ arc").word(from).word(to), &arc.bound.disc);
+    text.fixed(heading.centre() * DEGREES, 3)
         .fixed(heading.half() * DEGREES, 3);
     match arc.freeway {
         Some(width) => text.fixed(width.into(), 3),
