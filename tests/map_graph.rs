@@ -479,3 +479,89 @@ fn routes_are_as_short_as_any() {
         }
     }
 }
+
+#[test]
+fn arcs_that_follow_from_others_make_room() {
+    let mut map: Map<8, 4> = Map::new();
+    let ids: Vec<PlaceId> = (0..8)
+        .map(|n| map.mark(&format!("p{n}"), 0.5).unwrap())
+        .collect();
+    let bound = |radius: f64| Cylinder {
+        disc: Disc {
+            x: 1.0,
+            y: 0.0,
+            radius,
+        },
+        heading: Heading::ANY,
+    };
+    let likely = Gaussian::HERE;
+    map.connect(ids[0], ids[1], &bound(9.0), &likely).unwrap();
+    for (to, radius) in [(2, 1.0), (3, 3.0), (4, 2.0)] {
+        map.reason(ids[0], ids[to], &bound(radius), &likely)
+            .unwrap();
+    }
+    map.set_freeway(ids[0], ids[3], Some(0.0)).unwrap();
+    // Of the wider ones, one was driven and one is a freeway.
+    map.connect(ids[1], ids[5], &bound(5.0), &likely).unwrap();
+    assert!(!map.has_arc(ids[0], ids[4]) && map.has_arc(ids[1], ids[5]));
+    // One that is wider than those it would displace is none.
+    map.reason(ids[0], ids[6], &bound(1.5), &likely).unwrap();
+    assert!(!map.has_arc(ids[0], ids[6]));
+    map.reason(ids[0], ids[6], &bound(0.5), &likely).unwrap();
+    assert!(map.has_arc(ids[0], ids[6]) && !map.has_arc(ids[0], ids[2]));
+    // What was driven since is an arc like any other.
+    map.connect(ids[0], ids[6], &bound(4.0), &likely).unwrap();
+    assert_eq!(
+        map.connect(ids[1], ids[7], &bound(1.0), &likely),
+        Err(MapError::Full)
+    );
+    assert_eq!(map.arcs().len(), 4);
+}
+
+#[test]
+fn a_journey_that_forgets_its_first_stop_still_reasons_backward() {
+    // A straight way of 1 m legs, ±10 cm each; of eight stops the last four are known, and three gain by a confirmation.
+    let leg = Motion {
+        turn: 0.0,
+        turn_bound: 0.02,
+        nearest: 0.9,
+        farthest: 1.1,
+    };
+    let leg = Leg::of_motion(&leg).unwrap();
+    let mut journey: Journey<4> = Journey::new();
+    for _ in 0..8 {
+        if journey.is_full() {
+            journey.forget_first();
+        }
+        journey.go_along(&leg).unwrap();
+    }
+    let before: Vec<Cylinder> = journey.bounds().to_vec();
+    for (n, bound) in (5..=8).zip(&before) {
+        // What a chain of all its legs says, grouped as they were.
+        assert!(
+            (bound.disc.x - f64::from(n)).abs() < 0.05 && bound.disc.radius < 1.5,
+            "{bound:?}"
+        );
+    }
+    let is_at = Cylinder {
+        disc: Disc {
+            x: 8.0,
+            y: 0.0,
+            radius: 0.05,
+        },
+        heading: Heading::ANY,
+    };
+    assert_eq!(journey.confirm(&is_at), Ok(3));
+    for (n, bound) in (5..=8).zip(journey.bounds()) {
+        let truth = Cylinder {
+            disc: Disc {
+                x: f64::from(n),
+                y: 0.0,
+                radius: 0.0,
+            },
+            heading: Heading::new(0.0, 0.0),
+        };
+        assert!(bound.meets(&truth), "{n} {bound:?}");
+    }
+    assert!(journey.bounds()[2].disc.radius < 0.5 * before[2].disc.radius);
+}

@@ -221,3 +221,83 @@ fn curves_corners_and_backing_are_inside_however_wrong_odometry_is() {
     println!("{legs} legs; {excluding} drives are known not to be back");
     assert!(excluding > 700);
 }
+
+#[test]
+fn turns_on_the_spot_are_bounded_each_half_turn() {
+    // 1.3 % of three turns is 14°, and 2.3° of each half: within 5° each. So are 3° in 120° of turning to and fro, which adds up as well.
+    let to_and_fro: Vec<f64> = (0..40)
+        .map(|n| if n % 2 == 0 { 0.5 } else { -0.5 })
+        .collect();
+    let round = vec![0.5; 38];
+    for (turns, wrong) in [(round, [0.013, 0.013]), (to_and_fro, [0.025, -0.025])] {
+        let mut base = Base::new();
+        for turn in turns {
+            let wrong = if turn > 0.0 { wrong[0] } else { wrong[1] };
+            let piece = Piece {
+                turn,
+                run: 0.0,
+                curvature: 0.0,
+            };
+            base.drive(
+                &piece,
+                &Wrong {
+                    turn: turn * wrong,
+                    ..Wrong::default()
+                },
+            );
+            assert!(
+                base.is_inside(),
+                "{:?} {:?}",
+                base.recorder.bound(),
+                base.truth
+            );
+        }
+        let run = Piece {
+            turn: 0.0,
+            run: 3.0,
+            curvature: 0.0,
+        };
+        base.drive(&run, &Wrong::default());
+        assert!(
+            base.is_inside(),
+            "{:?} {:?}",
+            base.recorder.bound(),
+            base.truth
+        );
+        // More than one bound was needed.
+        let off = base.truth.theta - base.measured.theta;
+        assert!(
+            off.abs() > BOUNDS.turn + 3.0 * BOUNDS.turn_per_metre,
+            "{off}"
+        );
+    }
+}
+
+#[test]
+fn the_widest_bounds_of_a_motion_hold_for_all_of_it() {
+    let tight = Bounds {
+        turn: 0.0,
+        turn_per_metre: 0.0,
+        distance: 0.0,
+        distance_share: 0.0,
+    };
+    let step = Step {
+        travelled: 0.005,
+        path: 0.005,
+        ..Step::default()
+    };
+    let mut radii = Vec::new();
+    for wide_at in [0, 100, 199, 200] {
+        let mut recorder = Recorder::<12>::new();
+        for n in 0..200 {
+            recorder.take(&step, if n == wide_at { &BOUNDS } else { &tight });
+        }
+        radii.push(recorder.bound().there.disc.radius);
+    }
+    // Wherever they were wide, they were for the whole metre; never is another matter.
+    assert!(
+        radii[0] > 0.1 && radii[0] == radii[1] && radii[1] == radii[2],
+        "{radii:?}"
+    );
+    assert!(radii[3] < 1e-6, "{radii:?}");
+}
