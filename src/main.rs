@@ -29,8 +29,9 @@ mod app {
     use heapless::spsc::{Consumer, Producer, Queue};
     use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
     use vehicle_controller::interpreter::{self, Identity, Interpreter};
+    use vehicle_controller::map::Atlas;
+    use vehicle_controller::params::Params;
     use vehicle_controller::params::store::Store;
-    use vehicle_controller::params::{Params, Restored};
     use vehicle_controller::supervisor::{Fault, Heartbeat, Place};
     use vehicle_controller::time::{Duration, Instant};
 
@@ -121,7 +122,9 @@ mod app {
             Ok(vehicle) => vehicle,
             Err(message) => fail(message),
         };
-        let controller = place_controller(ctx.local.controller_place, vehicle, &config, fault);
+        let controller = place(ctx.local.controller_place, || {
+            Controller::new(vehicle, config, fault)
+        });
         let identity = Identity {
             target: board::TARGET,
             reset_cause,
@@ -135,13 +138,17 @@ mod app {
         let shared = Shared {
             idle_alive: AtomicBool::new(true),
         };
-        let interpreter =
-            place_interpreter(ctx.local.interpreter_place, identity, &defaults, &found);
+        let interpreter = place(ctx.local.interpreter_place, || {
+            Interpreter::with_storage(identity, &defaults, &found)
+        });
         if let Some(fault) = fault {
             interpreter.notify(Event::Fault(fault, Place::Base));
         }
         let local = Local {
-            desk: place_desk(ctx.local.desk_place, controller, &found.params),
+            desk: ctx
+                .local
+                .desk_place
+                .write(Interface::new(snapshot, found.params.limits())),
             controller,
             sensors: board.sensors,
             timer: board.timer,
@@ -164,37 +171,6 @@ mod app {
             bytes,
         };
         (shared, local)
-    }
-
-    // Of what is made in place, the compiler still keeps parts on the stack: in a frame of their own each.
-
-    #[inline(never)]
-    fn place_controller(
-        place: &'static mut MaybeUninit<Controller<board::Vehicle>>,
-        vehicle: board::Vehicle,
-        config: &vehicle_controller::controller::Config<Config>,
-        fault: Option<Fault>,
-    ) -> &'static mut Controller<board::Vehicle> {
-        place.write(Controller::new(vehicle, *config, fault))
-    }
-
-    #[inline(never)]
-    fn place_interpreter(
-        place: &'static mut MaybeUninit<Interpreter>,
-        identity: Identity,
-        defaults: &Params,
-        found: &Restored,
-    ) -> &'static mut Interpreter {
-        place.write(Interpreter::with_storage(identity, defaults, found))
-    }
-
-    #[inline(never)]
-    fn place_desk(
-        place: &'static mut MaybeUninit<Desk>,
-        controller: &Controller<board::Vehicle>,
-        params: &Params,
-    ) -> &'static mut Desk {
-        place.write(Interface::new(controller.snapshot(), params.limits()))
     }
 
     /// The tick.
@@ -235,10 +211,11 @@ mod app {
     }
 
     #[idle(shared = [&idle_alive],
-        local = [desk, interpreter, store, transmitter, leds, logged, to_controller, from_controller, known, bytes])]
+        local = [atlas: Atlas = Atlas::new(), desk, interpreter, store, transmitter, leds, logged, to_controller, from_controller, known, bytes])]
     #[inline(never)]
     fn idle(ctx: idle::Context) -> ! {
         let idle::LocalResources {
+            atlas,
             desk,
             interpreter,
             store,
@@ -270,7 +247,7 @@ mod app {
                 interpreter.receive(byte);
             }
             desk.work();
-            interpreter.poll(desk);
+            interpreter.poll(desk, atlas);
             interpreter.attend(store, desk);
             to_controller.send_with(|request| {
                 *request = desk.take_request();
@@ -279,6 +256,12 @@ mod app {
             interpreter.transmit_to(transmitter);
             logged.tell_changes(interpreter.params());
         }
+    }
+
+    /// Makes a large thing where it stays. Apart, so that what it takes of the stack is given back.
+    #[inline(never)]
+    fn place<T>(place: &mut MaybeUninit<T>, make: impl FnOnce() -> T) -> &mut T {
+        place.write(make())
     }
 
     /// Nothing can be started: with the motors off until the watchdog tries again.

@@ -9,6 +9,7 @@ use vehicle_controller::controller::{
     AxisCommand, CorrectionError, Estimate, Noise, Pose, Refusal,
 };
 use vehicle_controller::interpreter::{Identity, Interpreter};
+use vehicle_controller::map::Atlas;
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::time::Duration;
 use vehicle_controller::vehicle::Calibration;
@@ -185,6 +186,7 @@ fn gains_that_something_on_board_has_taught_survive_a_set_param() {
         period: Duration::millis(1),
     };
     let mut interpreter = Interpreter::new(identity, Params::default());
+    let mut atlas = Atlas::new();
     let mut base = Base::new(Noise::default());
     base.drive(4000, 0.5, 0.3);
     base.desk.learn(true);
@@ -199,7 +201,7 @@ fn gains_that_something_on_board_has_taught_survive_a_set_param() {
     for byte in *b"SetParam gate 9\n" {
         interpreter.receive(byte);
     }
-    interpreter.poll(&mut base.desk);
+    interpreter.poll(&mut base.desk, &mut atlas);
     base.drive(100, 0.0, 0.0);
     assert_eq!(*base.desk.calibration(), learned);
     assert_eq!(*base.desk.snapshot().estimator.calibration(), learned);

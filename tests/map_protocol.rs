@@ -270,39 +270,53 @@ fn ways_cross_or_not() {
     assert_eq!(rig.ask("Crosses door a a b"), "Crosses may");
 }
 
-/// A square with a lamp at its first place and a plant at its fourth; the plant is sighted so often.
-fn square(sightings: u32) -> (Rig, String) {
+/// Around a rectangle of 4 m by 2 m, with a lamp at its first corner and a plant at its third; the plant is sighted so often.
+fn around(sightings: u32) -> (Rig, String) {
     let mut rig = Rig::noiseless();
-    assert_eq!(rig.ask("Mark door 0.15"), "Marked door");
+    for line in [
+        "SetParam bound_turn 3",
+        "SetParam bound_turn_per_m 0.4",
+        "SetParam bound_dist_rel 0.02",
+    ] {
+        rig.ok(line);
+    }
+    assert_eq!(rig.ask("Mark door 0.3"), "Marked door");
     assert_eq!(rig.ask("Sight lamp 0 2 3 0.1"), "Added door");
-    drive(&mut rig, 90.0, 1.0);
+    drive(&mut rig, 0.0, 4.0);
     assert_eq!(rig.ask("Mark desk 0.3"), "Marked desk");
-    drive(&mut rig, 90.0, 1.0);
+    drive(&mut rig, 90.0, 2.0);
     assert_eq!(rig.ask("Mark window 0.3"), "Marked window");
-    drive(&mut rig, 90.0, 1.0);
-    assert_eq!(rig.ask("Mark shelf 0.3"), "Marked shelf");
-    assert_eq!(rig.ask("Sight plant 10 2 3 0.1"), "Added shelf");
+    assert_eq!(rig.ask("Sight plant 80 2 3 0.1"), "Added window");
+    // Still there, but it has turned: now a sighting tells something.
+    rig.ok("t 90");
+    rig.run(2.5);
+    rig.unsolicited();
     for _ in 1..sightings {
-        let reply = rig.ask("Sight plant 10 2 3 0.1");
-        assert!(reply.starts_with("Confirmed shelf "), "{reply}");
+        let reply = rig.ask("Sight plant -10 2 3 0.1");
+        assert!(reply.starts_with("Confirmed window "), "{reply}");
         rig.run(0.1);
     }
-    drive(&mut rig, 90.0, 1.0);
+    drive(&mut rig, 0.0, 4.0);
+    assert_eq!(rig.ask("Mark shelf 0.3"), "Marked shelf");
+    drive(&mut rig, 90.0, 2.0);
+    rig.ok("t 90");
+    rig.run(2.5);
+    rig.unsolicited();
     let reply = rig.ask("Sight lamp 0 2 3 0.1");
     (rig, reply)
 }
 
 #[test]
 fn seeing_a_landmark_again_and_again_does_not_end_the_journey() {
-    let (mut rig, reply) = square(1);
-    assert_eq!(reply, "Confirmed door 2");
-    let once = rows(&mut rig, "GetMap", "Map 4 2 5 door");
-    let (mut rig, reply) = square(20);
-    assert_eq!(reply, "Confirmed door 2");
-    let often = rows(&mut rig, "GetMap", "Map 4 2 5 door");
-    // The shelf as seen from the door: its circle is no larger than with one sighting.
+    let (mut rig, reply) = around(1);
+    assert_eq!(reply, "Confirmed door 3");
+    let once = rows(&mut rig, "GetMap", "Map 4 2 6 door");
+    let (mut rig, reply) = around(20);
+    assert_eq!(reply, "Confirmed door 3");
+    let often = rows(&mut rig, "GetMap", "Map 4 2 6 door");
+    // The window as seen from the door: its circle is no larger than with one sighting.
     let radius = |rows: &[String]| -> f64 {
-        let row = rows.iter().find(|row| row.contains(" door shelf "));
+        let row = rows.iter().find(|row| row.contains(" door window "));
         row.unwrap().split(' ').nth(6).unwrap().parse().unwrap()
     };
     assert!(radius(&often) <= radius(&once) + 1e-3, "{once:?} {often:?}");

@@ -8,6 +8,7 @@ use embedded_hal::pwm::SetDutyCycle;
 use embedded_hal_02::{Direction, Qei};
 use vehicle_controller::controller::{Action, Config, Controller, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
+use vehicle_controller::map::Atlas;
 use vehicle_controller::params::Params;
 use vehicle_controller::time::{self, Duration, Instant};
 use vehicle_controller::vehicle::{Counter, DifferentialDrive, Servo, differential};
@@ -225,6 +226,7 @@ pub struct Base<'a> {
     pub desk: Desk,
     /// The interpreter.
     pub interpreter: Interpreter,
+    atlas: Atlas,
     now: Instant,
     /// What the board measures.
     pub inputs: Inputs,
@@ -252,6 +254,7 @@ impl<'a> Base<'a> {
             desk: Interface::new(controller.snapshot(), params.limits()),
             controller,
             interpreter: Interpreter::new(identity, *params),
+            atlas: Atlas::new(),
             now,
             inputs,
         }
@@ -267,7 +270,7 @@ impl<'a> Base<'a> {
     /// # Panics
     /// If there are more requests than the controller takes.
     pub fn poll(&mut self) -> Asked {
-        self.interpreter.poll(&mut self.desk);
+        self.interpreter.poll(&mut self.desk, &mut self.atlas);
         let mut asked = Asked::default();
         while let Some(request) = self.desk.take_request() {
             match request.action() {

@@ -10,6 +10,7 @@ use crate::vehicle::{Desk, Vehicle, steers, vehicle};
 use anyhow::{Result, bail};
 use vehicle_controller::controller::{Controller, Event, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Identity, Interpreter};
+use vehicle_controller::map::Atlas;
 use vehicle_controller::params::store::Store;
 use vehicle_controller::supervisor::{self, Place};
 use vehicle_controller::time::{self, Duration, Instant};
@@ -40,6 +41,7 @@ pub struct Rig {
     controller: Controller<Vehicle>,
     desk: Desk,
     interpreter: Interpreter,
+    atlas: Atlas,
     store: Store<FakeFlash>,
     now: Instant,
     /// When the controller was powered up: its own time begins there.
@@ -99,6 +101,7 @@ impl Rig {
             controller,
             desk,
             interpreter,
+            atlas: Atlas::new(),
             store,
             now,
             powered_up: now,
@@ -124,6 +127,7 @@ impl Rig {
         self.controller = booted.controller;
         self.desk = booted.desk;
         self.interpreter = booted.interpreter;
+        self.atlas = Atlas::new();
         self.store = booted.store;
         self.powered_up = self.now;
         Ok(())
@@ -323,7 +327,7 @@ impl Rig {
     }
 
     fn interpret(&mut self) {
-        self.interpreter.poll(&mut self.desk);
+        self.interpreter.poll(&mut self.desk, &mut self.atlas);
         while let Some(request) = self.desk.take_request() {
             // There is room: a desk has one under way, and an emergency stop needs none.
             let _ = self.controller.request(request);

@@ -122,6 +122,14 @@ pub struct Odometer {
 }
 
 impl Odometer {
+    /// Nothing yet.
+    pub(super) const START: Self = Self {
+        travelled: Sum::new(0.0),
+        turned: Sum::new(0.0),
+        translation: Sum::new(0.0),
+        rotation: Sum::new(0.0),
+    };
+
     pub(super) fn add(&mut self, motion: &Compound) {
         self.travelled.add(motion.travelled);
         self.turned = self.turned.plus(motion.turned);

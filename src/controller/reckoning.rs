@@ -43,6 +43,17 @@ pub(super) struct Reckoning {
 }
 
 impl Reckoning {
+    /// At the origin, and certain of it.
+    pub(super) const START: Self = Self {
+        pose: WidePose {
+            x: Sum::new(0.0),
+            y: Sum::new(0.0),
+            theta: Sum::new(0.0),
+        },
+        covariance: [Sum::new(0.0); 6],
+        leverage: WideLeverage([[Sum::new(0.0); 3]; GAINS]),
+    };
+
     /// Propagates over a compound motion [C §5], corrected as in theory section 3.
     ///
     /// ```text

@@ -38,6 +38,12 @@ const WINDOW_DISTANCE: f32 = 0.005;
 const WINDOW_ANGLE: f32 = 0.017_453_293;
 
 impl Stretch {
+    /// Since start-up.
+    pub const START: Self = Self {
+        reckoning: Reckoning::START,
+        read: Odometer::START,
+    };
+
     /// Begins where the vehicle is.
     #[must_use]
     pub fn begin(estimator: &Estimator) -> Self {

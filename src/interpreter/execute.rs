@@ -8,6 +8,7 @@ use super::storage::Stage;
 use super::text::Text;
 use super::{Desk, Interpreter, PROTOCOL_VERSION, motion_defaults, reply};
 use crate::controller::AxisCommand;
+use crate::map::Atlas;
 use crate::params::{Blueprint, DEGREES, Id, Kind, Params};
 
 impl Interpreter {
@@ -15,6 +16,7 @@ impl Interpreter {
     pub(super) fn execute<C: Blueprint>(
         &mut self,
         desk: &mut Desk<C>,
+        atlas: &mut Atlas,
         command: &Command,
         text: &mut Text,
     ) -> Result<(), Error> {
@@ -62,7 +64,7 @@ impl Interpreter {
             }
             Command::Calibrate(what) => self.calibrate(desk, what)?,
             Command::Path(command) => self.execute_path(desk, &command)?,
-            Command::Map(ref command) => return self.execute_map(desk, command, text),
+            Command::Map(ref command) => return self.execute_map(desk, atlas, command, text),
             Command::Plain(keyword) => return self.execute_plain(desk, keyword, text),
         }
         text.str("OK");
@@ -145,7 +147,6 @@ impl Interpreter {
                 self.listing = Some(Listing::Params(0));
             }
             Keyword::GetPath => self.list_path(text),
-            Keyword::GetMap => self.list_map(text),
             Keyword::SaveParams => return self.send_to_store(Stage::Save, desk),
             Keyword::LoadParams => return self.send_to_store(Stage::Load, desk),
             _ => {
@@ -171,10 +172,6 @@ impl Interpreter {
             Keyword::Enable => desk.enable().map_err(refuse),
             Keyword::Disable => desk.disable().map_err(refuse),
             Keyword::ResetParams => self.take_params(desk, &{ self.defaults }, true),
-            Keyword::ForgetMap => {
-                self.charts.atlas.forget();
-                Ok(())
-            }
             // Those with parameters never come here: they are commands of their own.
             _ => Err(Error::Syntax("unknown command, try Help")),
         }

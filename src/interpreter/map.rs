@@ -47,10 +47,9 @@ enum Listing {
     Route(Route<32>, usize),
 }
 
-/// The map, and what is being said of it.
-#[derive(Clone, Debug)]
+/// What is being said of the map.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Charts {
-    pub(super) atlas: Atlas,
     pending: Option<Pending>,
     listing: Option<Listing>,
     /// The last snapshot that was looked at.
@@ -58,20 +57,6 @@ pub(super) struct Charts {
 }
 
 impl Charts {
-    #[allow(
-        clippy::inline_always,
-        reason = "otherwise it is made on the stack and moved"
-    )]
-    #[inline(always)]
-    pub(super) fn new() -> Self {
-        Self {
-            atlas: Atlas::new(),
-            pending: None,
-            listing: None,
-            seen: None,
-        }
-    }
-
     /// Something of the map is to be said before the next line is answered.
     pub(super) fn is_busy(&self) -> bool {
         self.pending.is_some() || self.listing.is_some()
@@ -89,39 +74,34 @@ impl Charts {
         }
         self.pending.is_some()
     }
-
-    fn find(&self, name: &Name) -> Result<PlaceId, Error> {
-        let place = self.atlas.map().find(name);
-        place.ok_or(Error::Map(MapError::Place))
-    }
 }
 
 impl Interpreter {
     /// Records what the base does, and does a piece of what was asked.
     #[inline(never)]
-    pub(super) fn chart<C: Blueprint>(&mut self, desk: &Desk<C>) {
+    pub(super) fn chart<C: Blueprint>(&mut self, desk: &Desk<C>, atlas: &mut Atlas) {
         let snapshot = desk.snapshot();
-        let charts = &mut self.charts;
-        if charts.seen != Some(snapshot.time) {
-            charts.seen = Some(snapshot.time);
-            let has_known = charts.atlas.anchor().is_some();
+        if self.charts.seen != Some(snapshot.time) {
+            self.charts.seen = Some(snapshot.time);
+            let has_known = atlas.anchor().is_some();
             if has_known && snapshot.fault.is_some_and(Fault::doubts_odometry) {
-                charts.atlas.lose();
+                atlas.lose();
             }
             let bounds = bounds(&self.params);
-            charts.atlas.update(&snapshot.estimator, &bounds);
-            if has_known && charts.atlas.anchor().is_none() {
+            atlas.update(&snapshot.estimator, &bounds);
+            if has_known && atlas.anchor().is_none() {
                 // Without room for it, AmIThere still tells.
                 let _ = self.events.push_back(Told::Lost);
             }
         }
-        self.charts.atlas.work();
+        atlas.work();
     }
 
     #[inline(never)]
     pub(super) fn execute_map<C: Blueprint>(
         &mut self,
         desk: &Desk<C>,
+        atlas: &mut Atlas,
         command: &MapCommand,
         text: &mut Text,
     ) -> Result<(), Error> {
@@ -134,39 +114,49 @@ impl Interpreter {
                 Question::Sight(*landmark, sight.map(|sight| sight.sighting(&bounds)))
             }
             MapCommand::AmIThere(name) => {
-                about = name.map(|name| charts.find(&name)).transpose()?;
+                about = name.map(|name| find(atlas, &name)).transpose()?;
                 Question::Where
             }
             MapCommand::Crosses([a, b, c, d]) => Question::Crosses([
-                charts.find(a)?,
-                charts.find(b)?,
-                charts.find(c)?,
-                charts.find(d)?,
+                find(atlas, a)?,
+                find(atlas, b)?,
+                find(atlas, c)?,
+                find(atlas, d)?,
             ]),
             MapCommand::Label(place, landmark) => {
-                let place = charts.find(place)?;
-                charts.atlas.label(place, landmark).map_err(Error::Map)?;
+                let place = find(atlas, place)?;
+                atlas.label(place, landmark).map_err(Error::Map)?;
                 text.str("OK");
                 return Ok(());
             }
             MapCommand::Freeway(a, b, width) => {
-                let (a, b) = (charts.find(a)?, charts.find(b)?);
-                let done = charts.atlas.set_freeway(a, b, *width);
+                let (a, b) = (find(atlas, a)?, find(atlas, b)?);
+                let done = atlas.set_freeway(a, b, *width);
                 done.map_err(Error::Map)?;
                 text.str("OK");
                 return Ok(());
             }
             MapCommand::Route(a, b, width) => {
-                let (a, b) = (charts.find(a)?, charts.find(b)?);
-                let route = charts.atlas.map().route(a, b, *width);
+                let (a, b) = (find(atlas, a)?, find(atlas, b)?);
+                let route = atlas.map().route(a, b, *width);
                 let route = route.ok_or(Error::Map(MapError::Route))?;
                 text.str("Route").integer(route.len() as i64);
                 charts.listing = Some(Listing::Route(route, 0));
                 return Ok(());
             }
+            MapCommand::List => {
+                list(atlas, text);
+                charts.listing = Some(Listing::Place(0));
+                return Ok(());
+            }
+            MapCommand::Forget => {
+                atlas.forget();
+                text.str("OK");
+                return Ok(());
+            }
         };
         let estimator = &desk.snapshot().estimator;
-        charts.atlas.ask(question, estimator, &bounds);
+        atlas.ask(question, estimator, &bounds);
         charts.pending = Some(Pending {
             place: about,
             ..Pending::default()
@@ -174,41 +164,20 @@ impl Interpreter {
         Ok(())
     }
 
-    /// `Map <places> <landmarks> <arcs> <anchor>`, and the rows after that.
-    #[inline(never)]
-    pub(super) fn list_map(&mut self, text: &mut Text) {
-        let map = self.charts.atlas.map();
-        let landmarks = map.places().map(|(_, place)| place.landmarks.len());
-        text.str("Map")
-            .integer(map.places().count() as i64)
-            .integer(landmarks.sum::<usize>() as i64)
-            .integer(map.arcs().len() as i64);
-        match self
-            .charts
-            .atlas
-            .anchor()
-            .and_then(|place| map.place(place))
-        {
-            Some(anchor) => text.word(&anchor.name),
-            None => text.word("-"),
-        };
-        self.charts.listing = Some(Listing::Place(0));
-    }
-
     /// Goes on with a list, or answers what was asked if the answer is there.
     #[inline(never)]
-    pub(super) fn answer_map<C: Blueprint>(&mut self, desk: &mut Desk<C>) {
+    pub(super) fn answer_map<C: Blueprint>(&mut self, desk: &mut Desk<C>, atlas: &mut Atlas) {
         if let Some(listing) = self.charts.listing.take() {
             let mut text = Text::default();
-            self.charts.listing = self.charts.row(listing, &mut text);
+            self.charts.listing = row(atlas, listing, &mut text);
             if !text.bytes().is_empty() {
                 self.send(&mut text);
             }
             return;
         }
-        let answer = match self.charts.atlas.answer() {
+        let answer = match atlas.answer() {
             Some(answer) => answer,
-            None if self.charts.atlas.is_busy() => return,
+            None if atlas.is_busy() => return,
             None => Err(MapError::Lost),
         };
         let Some(pending) = self.charts.pending.take() else {
@@ -218,7 +187,7 @@ impl Interpreter {
         match answer {
             Ok(answer) => {
                 desk.sign_of_life();
-                self.charts.tell(&mut text, answer, pending.place);
+                self.charts.tell(&mut text, atlas, answer, pending.place);
             }
             Err(error) => Error::Map(error).write(&mut text),
         }
@@ -228,8 +197,8 @@ impl Interpreter {
 
 impl Charts {
     #[inline(never)]
-    fn tell(&mut self, text: &mut Text, answer: Answer, about: Option<PlaceId>) {
-        let map = self.atlas.map();
+    fn tell(&mut self, text: &mut Text, atlas: &Atlas, answer: Answer, about: Option<PlaceId>) {
+        let map = atlas.map();
         let name = |place| map.place(place).map(|place| place.name).unwrap_or_default();
         match answer {
             Answer::Marked(place) => drop(text.str("Marked").word(&name(place))),
@@ -243,7 +212,7 @@ impl Charts {
             Answer::Here(presence) => {
                 text.str("AmIThere");
                 if let Some(place) = about {
-                    let there = self.atlas.there(&presence, place);
+                    let there = atlas.there(&presence, place);
                     tell::there(text.word(&name(place)), &there);
                 } else {
                     text.integer(map.places().count() as i64);
@@ -252,48 +221,68 @@ impl Charts {
             }
         }
     }
+}
 
-    /// Writes a row, if there is one left; gives what is left then.
-    #[inline(never)]
-    fn row(&self, mut listing: Listing, text: &mut Text) -> Option<Listing> {
-        let map = self.atlas.map();
-        let name = |place| map.place(place).map(|place| place.name).unwrap_or_default();
-        loop {
-            match listing {
-                Listing::There(presence, next) => {
-                    let (place, known) = map.places().nth(next)?;
-                    text.str("~ there").word(&known.name);
-                    tell::there(text, &self.atlas.there(&presence, place));
-                    return Some(Listing::There(presence, next + 1));
-                }
-                Listing::Place(next) => {
-                    let Some((_, place)) = map.places().nth(next) else {
-                        listing = Listing::Arc(0);
-                        continue;
-                    };
-                    tell::place(text, place);
-                    return Some(Listing::Landmark(next, 0));
-                }
-                Listing::Landmark(at, next) => {
-                    let (_, place) = map.places().nth(at)?;
-                    let Some(landmark) = place.landmarks.get(next) else {
-                        listing = Listing::Place(at + 1);
-                        continue;
-                    };
-                    tell::landmark(text, place, landmark);
-                    return Some(Listing::Landmark(at, next + 1));
-                }
-                Listing::Arc(next) => {
-                    let arc = map.arcs().get(next)?;
-                    tell::arc(text, arc, &name(arc.from), &name(arc.to));
-                    return Some(Listing::Arc(next + 1));
-                }
-                Listing::Route(ref route, next) => {
-                    let place = *route.get(next)?;
-                    text.str("~ route").word(&name(place));
-                    let route = route.clone();
-                    return Some(Listing::Route(route, next + 1));
-                }
+fn find(atlas: &Atlas, name: &Name) -> Result<PlaceId, Error> {
+    let place = atlas.map().find(name);
+    place.ok_or(Error::Map(MapError::Place))
+}
+
+/// `Map <places> <landmarks> <arcs> <anchor>`; the rows come after that.
+#[inline(never)]
+fn list(atlas: &Atlas, text: &mut Text) {
+    let map = atlas.map();
+    let landmarks = map.places().map(|(_, place)| place.landmarks.len());
+    text.str("Map")
+        .integer(map.places().count() as i64)
+        .integer(landmarks.sum::<usize>() as i64)
+        .integer(map.arcs().len() as i64);
+    match atlas.anchor().and_then(|place| map.place(place)) {
+        Some(anchor) => text.word(&anchor.name),
+        None => text.word("-"),
+    };
+}
+
+/// Writes a row, if there is one left; gives what is left then.
+#[inline(never)]
+fn row(atlas: &Atlas, mut listing: Listing, text: &mut Text) -> Option<Listing> {
+    let map = atlas.map();
+    let name = |place| map.place(place).map(|place| place.name).unwrap_or_default();
+    loop {
+        match listing {
+            Listing::There(presence, next) => {
+                let (place, known) = map.places().nth(next)?;
+                text.str("~ there").word(&known.name);
+                tell::there(text, &atlas.there(&presence, place));
+                return Some(Listing::There(presence, next + 1));
+            }
+            Listing::Place(next) => {
+                let Some((_, place)) = map.places().nth(next) else {
+                    listing = Listing::Arc(0);
+                    continue;
+                };
+                tell::place(text, place);
+                return Some(Listing::Landmark(next, 0));
+            }
+            Listing::Landmark(at, next) => {
+                let (_, place) = map.places().nth(at)?;
+                let Some(landmark) = place.landmarks.get(next) else {
+                    listing = Listing::Place(at + 1);
+                    continue;
+                };
+                tell::landmark(text, place, landmark);
+                return Some(Listing::Landmark(at, next + 1));
+            }
+            Listing::Arc(next) => {
+                let arc = map.arcs().get(next)?;
+                tell::arc(text, arc, &name(arc.from), &name(arc.to));
+                return Some(Listing::Arc(next + 1));
+            }
+            Listing::Route(ref route, next) => {
+                let place = *route.get(next)?;
+                text.str("~ route").word(&name(place));
+                let route = route.clone();
+                return Some(Listing::Route(route, next + 1));
             }
         }
     }

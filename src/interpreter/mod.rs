@@ -23,6 +23,7 @@ pub use error::Error;
 pub use text::MAX_LINE;
 
 use crate::controller::{AxisCommand, Event, Interface, Procedure, Snapshot};
+use crate::map::Atlas;
 use crate::params::{Blueprint, Fallback, Id, Params, radians};
 use crate::supervisor::Fault;
 use crate::time::Duration;
@@ -156,7 +157,7 @@ impl Interpreter {
             halt: false,
             forgotten: false,
             storage,
-            charts: Charts::new(),
+            charts: Charts::default(),
             pilot: Pilot::default(),
             events: Deque::new(),
             output: Deque::new(),
@@ -260,8 +261,8 @@ impl Interpreter {
 
     /// Does what can be done now: tells events, carries commands out, sends telemetry. Call it after each update of the desk, and whenever bytes
     /// came in or went out.
-    pub fn poll<C: Blueprint>(&mut self, desk: &mut Desk<C>) {
-        self.chart(desk);
+    pub fn poll<C: Blueprint>(&mut self, desk: &mut Desk<C>, atlas: &mut Atlas) {
+        self.chart(desk, atlas);
         // Its reply waits for its turn; the motors do not.
         if core::mem::take(&mut self.emergency) {
             desk.emergency_stop();
@@ -282,7 +283,7 @@ impl Interpreter {
         {
             self.tell_event(told);
         }
-        while self.has_room() && self.answer_next(desk) {}
+        while self.has_room() && self.answer_next(desk, atlas) {}
         self.drive(desk, false);
         // What a Stop has to wait for may take long, or never end if nobody reads.
         let waits = self.storage.errand.is_some()
@@ -327,7 +328,7 @@ impl Interpreter {
     }
 
     /// Answers one line, or goes on with a list; false if there is nothing to do or the desk is not ready.
-    fn answer_next<C: Blueprint>(&mut self, desk: &mut Desk<C>) -> bool {
+    fn answer_next<C: Blueprint>(&mut self, desk: &mut Desk<C>, atlas: &mut Atlas) -> bool {
         if let Some(listing) = self.listing {
             self.list(listing);
             return true;
@@ -336,7 +337,7 @@ impl Interpreter {
             return self.answer_errand(&errand);
         }
         if self.charts.is_busy() {
-            self.answer_map(desk);
+            self.answer_map(desk, atlas);
             return false;
         }
         let corrects = |waiting: &Waiting| {
@@ -354,7 +355,7 @@ impl Interpreter {
             return false;
         }
         if !self.waiting.is_empty() {
-            self.answer_waiting(desk);
+            self.answer_waiting(desk, atlas);
             return true;
         }
         if let Some(late) = self.late.pop_front() {
@@ -381,7 +382,7 @@ impl Interpreter {
     }
 
     #[inline(never)]
-    fn answer_waiting<C: Blueprint>(&mut self, desk: &mut Desk<C>) {
+    fn answer_waiting<C: Blueprint>(&mut self, desk: &mut Desk<C>, atlas: &mut Atlas) {
         let Some(Waiting {
             address,
             letters,
@@ -400,7 +401,7 @@ impl Interpreter {
                 Err(Error::Checksum)
             }
             Err(error) => Err(*error),
-            Ok(command) => self.execute(desk, command, &mut text),
+            Ok(command) => self.execute(desk, atlas, command, &mut text),
         };
         self.note_gains(desk);
         if done.is_ok() {

@@ -75,14 +75,9 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
         Ok(Answer::Marked(place))
     }
 
-    /// The journey's next stop is where the base was. A full one forgets its first.
+    /// The journey's next stop is where the base was. There is room: each of the others is a place, but for the last one, and none is there twice.
     fn go_to_here(&mut self) {
-        if self.journey.is_full() {
-            self.journey.forget_first();
-            self.stops.0.remove(0);
-        }
         let (arc, here) = (self.asked.arc, self.asked.here);
-        // There is room now.
         let _ = self.journey.go_to(&arc, &here);
     }
 

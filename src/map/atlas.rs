@@ -27,6 +27,8 @@ const FEW: usize = 2;
 
 /// Where an answer stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// So that the first one is all zeros.
+#[repr(u8)]
 pub(super) enum Stage {
     /// Nothing was asked.
     Idle,
@@ -75,11 +77,6 @@ pub(super) struct Asked {
 pub(super) struct Stops<const STOPS: usize>(pub(super) Vec<(Option<PlaceId>, Gaussian), STOPS>);
 
 impl<const STOPS: usize> Stops<STOPS> {
-    #[allow(
-        clippy::inline_always,
-        reason = "otherwise it is made on the stack and moved"
-    )]
-    #[inline(always)]
     const fn new() -> Self {
         Self(Vec::new())
     }
@@ -139,30 +136,31 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Default
 }
 
 impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, ARCS, STOPS> {
-    /// A map of nothing, of a base that has just started.
+    /// A map of nothing, of a base that has just started. It is all zeros, so that one that is made before the program starts takes room in RAM alone.
     #[must_use]
-    #[allow(
-        clippy::inline_always,
-        reason = "otherwise it is made on the stack and moved"
-    )]
-    #[inline(always)]
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
+        const {
+            assert!(
+                STOPS > PLACES,
+                "a journey stops once at each place, and where it is"
+            )
+        };
         Self {
             map: Map::new(),
-            relations: Relations::default(),
+            relations: Relations::new(),
             anchor: None,
             journey: Journey::new(),
             stops: Stops::new(),
-            trail: Trail::default(),
+            trail: Trail::new(),
             origin: Gaussian::HERE,
-            whole: Stretch::default(),
+            whole: Stretch::START,
             asked: Asked {
                 question: Question::Where,
                 arc: Leg::HERE,
                 likely_arc: Gaussian::HERE,
                 here: Cylinder::HERE,
                 likely_here: Gaussian::HERE,
-                since: Trail::default(),
+                since: Trail::new(),
             },
             stage: Stage::Idle,
         }

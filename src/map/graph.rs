@@ -159,11 +159,6 @@ pub struct Map<const PLACES: usize = 32, const ARCS: usize = 96> {
 impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     /// A map of nothing.
     #[must_use]
-    #[allow(
-        clippy::inline_always,
-        reason = "otherwise it is made on the stack and moved"
-    )]
-    #[inline(always)]
     pub const fn new() -> Self {
         const { assert!(PLACES <= 256 && ARCS <= 256, "each is known by a byte") };
         Self {

@@ -4,13 +4,15 @@ use super::{Crossing, Cylinder, Gaussian, Name, PlaceId, Sighting};
 
 /// A question, or what is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// So that the first one is all zeros.
+#[repr(u8)]
 pub enum Question {
+    /// Where may the base be?
+    Where,
     /// This is a place of that name, with a meadow of that radius, m. If it is known, the base is back in it.
     Mark(Name, Option<f64>),
     /// That landmark is in sight.
     Sight(Name, Option<Sighting>),
-    /// Where may the base be?
-    Where,
     /// Do the straight ways from the first place to the second and from the third to the fourth cross?
     Crosses([PlaceId; 4]),
 }

@@ -45,11 +45,6 @@ pub struct Journey<const STOPS: usize = 32> {
 impl<const STOPS: usize> Journey<STOPS> {
     /// A journey that has not begun.
     #[must_use]
-    #[allow(
-        clippy::inline_always,
-        reason = "otherwise it is made on the stack and moved"
-    )]
-    #[inline(always)]
     pub const fn new() -> Self {
         Self {
             arcs: Vec::new(),
@@ -157,17 +152,6 @@ impl<const STOPS: usize> Journey<STOPS> {
     pub fn restart(&mut self) {
         self.arcs.clear();
         self.bounds.clear();
-    }
-
-    /// Forgets the first stop: the arcs before and after it become one.
-    pub fn forget_first(&mut self) {
-        if let [first, second, ..] = &mut *self.arcs {
-            *second = first.then(second);
-        }
-        if !self.bounds.is_empty() {
-            self.arcs.remove(0);
-            self.bounds.remove(0);
-        }
     }
 
     /// Takes the last stop back.

@@ -103,11 +103,6 @@ const RUN: f64 = 0.02;
 impl<const MOTIONS: usize> Recorder<MOTIONS> {
     /// Nothing yet.
     #[must_use]
-    #[allow(
-        clippy::inline_always,
-        reason = "otherwise it is made on the stack and moved"
-    )]
-    #[inline(always)]
     pub const fn new() -> Self {
         Self {
             motions: Vec::new(),
@@ -177,8 +172,8 @@ impl Open {
         run: 0.0,
         pivot: 0.0,
         swing: 0.0,
-        lowest: f64::INFINITY,
-        highest: f64::NEG_INFINITY,
+        lowest: 0.0,
+        highest: 0.0,
         slack: 0.0,
         bounds: Bounds::NONE,
         moved: false,
@@ -205,12 +200,22 @@ impl Open {
             self.turning += self.running + step.path;
             self.pivot += self.swing + step.swing;
             (self.running, self.run, self.swing) = (0.0, 0.0, 0.0);
-            (self.lowest, self.highest) = (f64::INFINITY, f64::NEG_INFINITY);
         } else {
             let aside = 0.5 * (step.swing - step.turned.abs());
             let ends = (self.heading, self.heading + step.turned);
-            self.lowest = smaller(self.lowest, smaller(ends.0, ends.1) - aside);
-            self.highest = larger(self.highest, larger(ends.0, ends.1) + aside);
+            let lowest = smaller(ends.0, ends.1) - aside;
+            let highest = larger(ends.0, ends.1) + aside;
+            let is_first = self.running == 0.0;
+            self.lowest = if is_first {
+                lowest
+            } else {
+                smaller(self.lowest, lowest)
+            };
+            self.highest = if is_first {
+                highest
+            } else {
+                larger(self.highest, highest)
+            };
             self.running += step.path;
             self.run += step.travelled;
             self.swing += step.swing;
@@ -276,8 +281,7 @@ impl Open {
             0.5 * (self.highest - self.lowest),
         );
         let beta = spread + bounds.turn_per_metre * self.running + smaller(self.swing, bounds.turn);
-        // Without a run it is infinite.
-        if !(0.0..FRAC_PI_3).contains(&beta) {
+        if self.running == 0.0 || !(0.0..FRAC_PI_3).contains(&beta) {
             return None;
         }
         let (_, cos) = sin_cos(beta);

@@ -56,6 +56,8 @@ pub struct Relations<const PLACES: usize = 32> {
 
 /// What is under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
+// So that the first one is all zeros.
+#[repr(u8)]
 enum Piece {
     Nothing,
     /// The chain to a place is grouped from the right, so far from its end.
@@ -75,18 +77,8 @@ enum Piece {
 const ARCS_AT_ONCE: usize = 12;
 
 impl<const PLACES: usize> Default for Relations<PLACES> {
-    #[allow(
-        clippy::inline_always,
-        reason = "otherwise it is made on the stack and moved"
-    )]
-    #[inline(always)]
     fn default() -> Self {
-        Self {
-            root: None,
-            ways: Vec::new(),
-            complete: true,
-            piece: Piece::Nothing,
-        }
+        Self::new()
     }
 }
 
@@ -111,13 +103,24 @@ fn seen_from(arc: &Arc, here: PlaceId) -> Cylinder {
 }
 
 impl<const PLACES: usize> Relations<PLACES> {
+    /// Of no place.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            root: None,
+            ways: Vec::new(),
+            complete: false,
+            piece: Piece::Nothing,
+        }
+    }
+
     /// Begins anew, as seen from this place; of none, nothing is known.
     pub fn begin(&mut self, root: Option<PlaceId>) {
         self.root = root;
         self.ways.clear();
         // As many as there is room for.
         while root.is_some() && self.ways.push(Way::NONE).is_ok() {}
-        self.complete = root.is_none();
+        self.complete = false;
         self.piece = Piece::Nothing;
         if let Some(root) = root
             && let Some(way) = self.ways.get_mut(root.index())
@@ -136,7 +139,7 @@ impl<const PLACES: usize> Relations<PLACES> {
     /// True if every place is settled that a chain of arcs leads to.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.complete
+        self.complete || self.root.is_none()
     }
 
     /// Does a piece of the work; false if all is done.
@@ -144,6 +147,9 @@ impl<const PLACES: usize> Relations<PLACES> {
     /// Of a place's chain both groupings are bounds, and so are other chains: what they have in common is kept.
     #[inline(never)]
     pub fn step<const ARCS: usize>(&mut self, map: &Map<PLACES, ARCS>) -> bool {
+        if self.is_complete() {
+            return false;
+        }
         self.piece = match self.piece {
             Piece::Nothing => {
                 let Some(here) = self.nearest() else {

@@ -31,21 +31,15 @@ impl From<&Estimate> for Gaussian {
     }
 }
 
-impl<const MOTIONS: usize> Default for Trail<MOTIONS> {
-    #[allow(
-        clippy::inline_always,
-        reason = "otherwise it is made on the stack and moved"
-    )]
-    #[inline(always)]
-    fn default() -> Self {
+impl<const MOTIONS: usize> Trail<MOTIONS> {
+    /// Since start-up.
+    pub(super) const fn new() -> Self {
         Self {
             recorder: Recorder::new(),
-            stretch: Stretch::default(),
+            stretch: Stretch::START,
         }
     }
-}
 
-impl<const MOTIONS: usize> Trail<MOTIONS> {
     pub(super) fn begin(estimator: &Estimator) -> Self {
         Self {
             recorder: Recorder::new(),

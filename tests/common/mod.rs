@@ -10,6 +10,7 @@ pub(crate) mod paths;
 use std::f64::consts::PI;
 use vehicle_controller::controller::{Action, Controller, Estimate, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
+use vehicle_controller::map::Atlas;
 use vehicle_controller::params::{Id, Params};
 use vehicle_controller::supervisor::Fault;
 use vehicle_controller::time::{self, Duration, Instant};
@@ -142,6 +143,7 @@ pub(crate) struct Rig {
     controller: Controller<Perfect>,
     desk: Desk,
     interpreter: Interpreter,
+    atlas: Atlas,
     now: Instant,
     /// What the board measures.
     pub(crate) inputs: Inputs,
@@ -194,6 +196,7 @@ impl Rig {
             controller,
             desk,
             interpreter: Interpreter::new(identity, params),
+            atlas: Atlas::new(),
             now,
             inputs: Inputs::default(),
             listening: true,
@@ -231,7 +234,7 @@ impl Rig {
 
     /// The interpreter does what it can; nothing is handed over yet.
     pub(crate) fn poll_only(&mut self) {
-        self.interpreter.poll(&mut self.desk);
+        self.interpreter.poll(&mut self.desk, &mut self.atlas);
     }
 
     /// A tick for which the clock did not advance.
@@ -245,7 +248,7 @@ impl Rig {
 
     /// The interpreter does what it can.
     pub(crate) fn pump(&mut self) {
-        self.interpreter.poll(&mut self.desk);
+        self.interpreter.poll(&mut self.desk, &mut self.atlas);
         if self.alive {
             self.desk.sign_of_life();
         }

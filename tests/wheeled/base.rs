@@ -3,6 +3,7 @@
 use super::{PERIOD, Wires};
 use vehicle_controller::controller::{Controller, Inputs, Interface, Snapshot};
 use vehicle_controller::interpreter::{Desk, Identity, Interpreter};
+use vehicle_controller::map::Atlas;
 use vehicle_controller::params::{Blueprint, Params};
 use vehicle_controller::time::{self, Instant};
 use vehicle_controller::vehicle::VirtualVehicle;
@@ -11,6 +12,7 @@ pub struct Base<V: VirtualVehicle<Config: Blueprint>> {
     controller: Controller<V>,
     desk: Desk<V::Config>,
     interpreter: Interpreter,
+    atlas: Atlas,
     wires: Wires,
     now: Instant,
     said: Vec<u8>,
@@ -32,6 +34,7 @@ impl<V: VirtualVehicle<Config: Blueprint>> Base<V> {
             desk: Interface::new(controller.snapshot(), params.limits()),
             controller,
             interpreter: Interpreter::new(identity, *params),
+            atlas: Atlas::new(),
             wires,
             now,
             said: Vec::new(),
@@ -62,7 +65,7 @@ impl<V: VirtualVehicle<Config: Blueprint>> Base<V> {
     }
 
     fn poll(&mut self) {
-        self.interpreter.poll(&mut self.desk);
+        self.interpreter.poll(&mut self.desk, &mut self.atlas);
         while let Some(request) = self.desk.take_request() {
             self.controller.request(request).expect("there is room");
         }

@@ -23,6 +23,10 @@ pub enum MapCommand {
     Route(Name, Name, f32),
     /// Crosses: the ends of two ways.
     Crosses([Name; 4]),
+    /// GetMap.
+    List,
+    /// ForgetMap.
+    Forget,
 }
 
 /// Where a landmark is seen.
@@ -62,6 +66,8 @@ pub(in crate::interpreter) fn read(
         Keyword::Crosses => {
             MapCommand::Crosses([name(words)?, name(words)?, name(words)?, name(words)?])
         }
+        Keyword::GetMap => MapCommand::List,
+        Keyword::ForgetMap => MapCommand::Forget,
         _ => return Ok(None),
     }))
 }
