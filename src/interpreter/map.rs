@@ -14,7 +14,6 @@ use super::{Address, Desk, Interpreter, Told, begin};
 use crate::map::{Answer, Atlas, Bounds, MapError, Name, PlaceId, Presence, Question, Route};
 use crate::params::{Blueprint, DEGREES, Id, Params};
 use crate::supervisor::Fault;
-use crate::time::Instant;
 
 /// What the map's bounds are, by the parameters.
 fn bounds(params: &Params) -> Bounds {
@@ -52,8 +51,6 @@ enum Listing {
 pub(super) struct Charts {
     pending: Option<Pending>,
     listing: Option<Listing>,
-    /// The last snapshot that was looked at.
-    seen: Option<Instant>,
 }
 
 impl Charts {
@@ -81,18 +78,14 @@ impl Interpreter {
     #[inline(never)]
     pub(super) fn chart<C: Blueprint>(&mut self, desk: &Desk<C>, atlas: &mut Atlas) {
         let snapshot = desk.snapshot();
-        if self.charts.seen != Some(snapshot.time) {
-            self.charts.seen = Some(snapshot.time);
-            let has_known = atlas.anchor().is_some();
-            if has_known && snapshot.fault.is_some_and(Fault::doubts_odometry) {
-                atlas.lose();
-            }
-            let bounds = bounds(&self.params);
-            atlas.update(&snapshot.estimator, &bounds);
-            if has_known && atlas.anchor().is_none() {
-                // Without room for it, AmIThere still tells.
-                let _ = self.events.push_back(Told::Lost);
-            }
+        let has_known = atlas.anchor().is_some();
+        if has_known && snapshot.fault.is_some_and(Fault::doubts_odometry) {
+            atlas.lose();
+        }
+        atlas.update(&snapshot.estimator, &bounds(&self.params));
+        if has_known && atlas.anchor().is_none() {
+            // Without room for it, AmIThere still tells.
+            let _ = self.events.push_back(Told::Lost);
         }
         atlas.work();
     }
