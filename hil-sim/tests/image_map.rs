@@ -48,8 +48,9 @@ fn fill(client: &mut Client<ImageBase>) {
     assert_eq!(client.ask("Mark p32"), "ERR full no room in the map");
     assert_eq!(client.ask("Label p0 door"), "ERR full no room in the map");
     let head = client.ask("GetMap");
-    assert_eq!(head, "Map 32 96");
-    client.run(2000);
+    assert_eq!(head, "Map 32 128 96 p0");
+    // 256 rows: 15 KB at 115 200 baud, and some milliseconds each.
+    client.run(4000);
     for row in 1..32 {
         assert_eq!(
             client.ask(&format!("Freeway p{} p{row} 0.5", row - 1)),

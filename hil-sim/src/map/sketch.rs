@@ -16,8 +16,19 @@ fn number(word: Option<&&str>, row: &str) -> Result<f64> {
     word.parse().with_context(|| row.to_owned())
 }
 
+/// d β r, m and degrees.
+fn disc(words: &[&str], row: &str) -> Result<Disc> {
+    let at = |index: usize| number(words.get(index), row);
+    let (distance, bearing) = (at(0)?, at(1)?.to_radians());
+    Ok(Disc {
+        x: distance * bearing.cos(),
+        y: distance * bearing.sin(),
+        radius: at(2)?,
+    })
+}
+
 impl Sketch {
-    /// Reads the rows that follow each `Map <places> <arcs>` among the lines of a base.
+    /// Reads the rows that follow each `Map <places> <landmarks> <arcs> <anchor>` among the lines of a base.
     ///
     /// # Errors
     /// If a row is none.
@@ -32,11 +43,16 @@ impl Sketch {
                 continue;
             };
             match words.as_slice() {
-                ["~", "place", name, meadow, landmarks @ ..] => {
-                    let place = sketch.map.mark(name, number(Some(meadow), line)?)?;
-                    for landmark in landmarks {
-                        sketch.map.label(place, landmark, None)?;
-                    }
+                ["~", "place", name, meadow] => {
+                    sketch.map.mark(name, number(Some(meadow), line)?)?;
+                }
+                ["~", "landmark", landmark, place, spot @ ..] => {
+                    let place = sketch.find(place, line)?;
+                    let spot = match spot {
+                        [] => None,
+                        spot => Some(disc(spot, line)?),
+                    };
+                    sketch.map.label(place, landmark, spot)?;
                 }
                 ["~", "arc", from, to, rest @ ..] => sketch.arc(from, to, rest, line)?,
                 _ => {}
@@ -45,21 +61,16 @@ impl Sketch {
         Ok(sketches)
     }
 
+    fn find(&self, place: &str, row: &str) -> Result<PlaceId> {
+        let known = self.map.find(place);
+        known.ok_or_else(|| anyhow!("no place: {row}"))
+    }
+
     fn arc(&mut self, from: &str, to: &str, rest: &[&str], row: &str) -> Result<()> {
-        let find = |name| {
-            self.map
-                .find(name)
-                .ok_or_else(|| anyhow!("no place: {row}"))
-        };
-        let (from, to) = (find(from)?, find(to)?);
+        let (from, to) = (self.find(from, row)?, self.find(to, row)?);
         let at = |index: usize| number(rest.get(index), row);
-        let (distance, bearing) = (at(0)?, at(1)?.to_radians());
         let bound = Cylinder {
-            disc: Disc {
-                x: distance * bearing.cos(),
-                y: distance * bearing.sin(),
-                radius: at(2)?,
-            },
+            disc: disc(rest, row)?,
             heading: Heading::new(at(3)?.to_radians(), at(4)?.to_radians()),
         };
         self.map
@@ -68,6 +79,12 @@ impl Sketch {
             self.map.set_freeway(from, to, Some(width as f32))?;
         }
         Ok(())
+    }
+
+    /// Places and arcs.
+    #[must_use]
+    pub fn map(&self) -> &Map {
+        &self.map
     }
 
     /// The circle of each place that is known from the first one, by name.
