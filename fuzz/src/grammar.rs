@@ -285,6 +285,7 @@ fn map(name: &'static str, words: &mut Words<'_, '_>) -> Option<Ask> {
         "Mark" if words.more() => {
             words.within(0.0, 1000.0)?;
         }
+        "Freeway" if words.one_of(&["-"]).is_some() => {}
         "Freeway" | "Route" => {
             words.within(0.0, 1000.0)?;
         }

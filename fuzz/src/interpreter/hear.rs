@@ -53,7 +53,7 @@ impl Session<'_> {
     /// Hears a row of the list under way; false if it is none.
     fn hear_row(&mut self, line: &str) -> bool {
         let name = line.split(' ').nth(1).unwrap_or_default();
-        if line.starts_with('~') && ["place", "arc", "there", "route"].contains(&name) {
+        if line.starts_with('~') && ["place", "landmark", "arc", "there", "route"].contains(&name) {
             assert!(self.map_rows > 0, "nobody asked for {line}");
             self.map_rows -= 1;
             replies::map_row(line);
