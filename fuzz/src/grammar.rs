@@ -169,13 +169,7 @@ fn command(keyword: &[u8], words: &mut Words<'_, '_>) -> Option<Ask> {
     }
     if keyword.eq_ignore_ascii_case(b"Help") {
         if let Some(word) = words.next() {
-            let known = find(&TOPICS, word)
-                .or_else(|| find(&PLAIN, word))
-                .or_else(|| find(&WITH_PARAMETERS, word))
-                .or_else(|| find(&MAP, word))
-                .is_some()
-                || word.eq_ignore_ascii_case(b"Help");
-            words.doubts.must.add_if(!known, Codes::SYNTAX);
+            words.doubts.must.add_if(!is_subject(word), Codes::SYNTAX);
         }
         return Some(Ask::Help);
     }
@@ -268,6 +262,15 @@ fn command(keyword: &[u8], words: &mut Words<'_, '_>) -> Option<Ask> {
             Some(Ask::SetParam(id?, value?))
         }
     }
+}
+
+/// What Help tells of.
+fn is_subject(word: &[u8]) -> bool {
+    let known = find(&TOPICS, word)
+        .or_else(|| find(&PLAIN, word))
+        .or_else(|| find(&WITH_PARAMETERS, word))
+        .or_else(|| find(&MAP, word));
+    known.is_some() || word.eq_ignore_ascii_case(b"Help")
 }
 
 /// A command of the map.

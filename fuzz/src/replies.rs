@@ -251,7 +251,6 @@ pub fn map_row(row: &str) {
     let words: Vec<&str> = words.collect();
     let fine = match (kind, words.as_slice()) {
         ("place", [_, meadow]) => (0.0..=1000.0).contains(&number(meadow)),
-        ("landmark", [_, _]) => true,
         ("landmark", [_, _, d, beta, r]) => {
             let [d, r] = [d, r].map(|word| number(word));
             d >= 0.0 && r >= 0.0 && number(beta).abs() <= 180.0
@@ -265,7 +264,7 @@ pub fn map_row(row: &str) {
             finite && sizes && free && angles.iter().all(|a| a.abs() <= 180.0) && likely.len() == 9
         }
         ("there", [_, answer, probability]) => is_there(answer, probability),
-        ("route", [_]) => true,
+        ("route", [_]) | ("landmark", [_, _]) => true,
         _ => false,
     };
     assert!(fine, "{row}");

@@ -143,7 +143,7 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
             assert!(
                 STOPS > PLACES,
                 "a journey stops once at each place, and where it is"
-            )
+            );
         };
         Self {
             map: Map::new(),
