@@ -332,6 +332,67 @@ fn a_landmark_that_was_labelled_first_makes_a_freeway_when_it_is_sighted() {
 }
 
 #[test]
+fn who_knows_better_says_so() {
+    // The base believes that it is 2 m from the door; somebody has carried it back.
+    let mut rig = at_door();
+    drive(&mut rig, 0.0, 2.0);
+    assert_eq!(rig.ask("Mark desk"), "Marked desk");
+    cannot(&mut rig, "Mark door", "contradiction");
+    rig.ok("ForgetMap here");
+    assert_eq!(rig.ask("AmIThere desk"), "AmIThere desk yes-maybe -");
+    assert_eq!(rig.ask("Mark door"), "Confirmed door 0");
+    assert_eq!(rig.ask("AmIThere desk"), "AmIThere desk no 0.000");
+    assert_eq!(rows(&mut rig, "GetMap", "Map 2 0 1 door").len(), 3);
+    rig.refused("ForgetMap there", "syntax");
+    rig.refused("ForgetMap here now", "syntax");
+}
+
+#[test]
+fn what_is_seen_where_the_base_has_stayed_is_not_forgotten() {
+    // After turning about for a while it does not know its heading any more; the plant tells, and the next arc is as good as from a standing start.
+    let alpha = |looks: bool| -> f64 {
+        let mut rig = at_door();
+        drive(&mut rig, 0.0, 1.0);
+        assert_eq!(rig.ask("Mark desk"), "Marked desk");
+        assert_eq!(rig.ask("Sight plant 10 1 30 0.1"), "Added desk");
+        for turn in [170, 170, 20] {
+            rig.ok(&format!("t {turn}"));
+            rig.run(4.0);
+        }
+        if looks {
+            let reply = rig.ask("Sight plant 10 1 30 0.1");
+            assert!(reply.starts_with("Confirmed desk "), "{reply}");
+        }
+        drive(&mut rig, 0.0, 1.0);
+        assert_eq!(rig.ask("Mark shelf"), "Marked shelf");
+        let arcs = rows(&mut rig, "GetMap", "Map 3 1 2 door");
+        let row = arcs
+            .iter()
+            .find(|row| row.contains(" desk shelf "))
+            .unwrap();
+        row.split(' ').nth(8).unwrap().parse().unwrap()
+    };
+    let (blind, seeing) = (alpha(false), alpha(true));
+    // 360° take two bounds of 5°, and the run 0.6°; or 2° of two sightings, the play of the meadow, and one bound more for the run.
+    assert!(blind > 10.0 && seeing < 8.5, "{blind} {seeing}");
+}
+
+#[test]
+fn a_freeway_that_was_taken_back_stays_so() {
+    let mut rig = at_door();
+    drive(&mut rig, 0.0, 2.0);
+    assert_eq!(rig.ask("Mark desk"), "Marked desk");
+    assert_eq!(rig.ask("Sight door 180 1 2 0.1"), "Added desk");
+    assert_eq!(rig.ask("Route desk door 0"), "Route 2");
+    rig.run(0.1);
+    rig.lines();
+    rig.ok("Freeway desk door -");
+    let reply = rig.ask("Sight door 180 1 2 0.1");
+    assert!(reply.starts_with("Confirmed desk "), "{reply}");
+    rig.refused("Route desk door 0", "unknown");
+}
+
+#[test]
 fn bounds_hold_for_what_they_were_set_for() {
     // A motion under way when bounds shrink has the wider ones; the next one has not.
     let mut rig = at_door();

@@ -274,6 +274,41 @@ fn turns_on_the_spot_are_bounded_each_half_turn() {
 }
 
 #[test]
+fn a_turn_and_a_curve_of_180_degrees_each_have_a_bound_each() {
+    // 2.4 % of a half turn is 4.3°, of two 8.6°: more than one bound of 5° and 3.8 m of drift allow.
+    let mut base = Base::new();
+    let wrong = 0.024;
+    for (run, curvature) in [(0.0, 0.0), (3.8, std::f64::consts::PI / 3.8)] {
+        let piece = Piece {
+            turn: if run == 0.0 {
+                std::f64::consts::PI
+            } else {
+                0.0
+            },
+            run,
+            curvature,
+        };
+        let wrong = Wrong {
+            turn: piece.turn * wrong,
+            curve: wrong,
+            ..Wrong::default()
+        };
+        base.drive(&piece, &wrong);
+        assert!(
+            base.is_inside(),
+            "{:?} {:?}",
+            base.recorder.bound(),
+            base.truth
+        );
+    }
+    let off = base.truth.theta - base.measured.theta;
+    assert!(
+        off.abs() > BOUNDS.turn + 3.8 * BOUNDS.turn_per_metre,
+        "{off}"
+    );
+}
+
+#[test]
 fn the_widest_bounds_of_a_motion_hold_for_all_of_it() {
     let tight = Bounds {
         turn: 0.0,

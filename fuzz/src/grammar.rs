@@ -81,9 +81,8 @@ impl Ask {
     }
 }
 
-const PLAIN: [&str; 22] = [
+const PLAIN: [&str; 21] = [
     "GetMap",
-    "ForgetMap",
     "Stop",
     "GetPath",
     "GetGains",
@@ -106,8 +105,15 @@ const PLAIN: [&str; 22] = [
     "ResetParams",
 ];
 
-const MAP: [&str; 7] = [
-    "Mark", "AmIThere", "Sight", "Label", "Freeway", "Route", "Crosses",
+const MAP: [&str; 8] = [
+    "Mark",
+    "AmIThere",
+    "Sight",
+    "Label",
+    "Freeway",
+    "Route",
+    "Crosses",
+    "ForgetMap",
 ];
 
 const WITH_PARAMETERS: [&str; 15] = [
@@ -279,6 +285,7 @@ fn map(name: &'static str, words: &mut Words<'_, '_>) -> Option<Ask> {
         "Crosses" => 4,
         "Label" | "Freeway" | "Route" => 2,
         "AmIThere" => usize::from(words.more()),
+        "ForgetMap" => 0,
         _ => 1,
     };
     for _ in 0..names {
@@ -288,6 +295,7 @@ fn map(name: &'static str, words: &mut Words<'_, '_>) -> Option<Ask> {
         "Mark" if words.more() => {
             words.within(0.0, 1000.0)?;
         }
+        "ForgetMap" => drop(words.one_of(&["here"])),
         "Freeway" if words.one_of(&["-"]).is_some() => {}
         "Freeway" | "Route" => {
             words.within(0.0, 1000.0)?;

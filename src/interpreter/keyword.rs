@@ -55,7 +55,7 @@ keywords! {
     Route map "Route" None, "a b width: the shortest way through freeways of at least width m";
     Crosses map "Crosses" None, "a b c d: do the ways a-b and c-d cross: must, may or cannot";
     GetMap map "GetMap" None, ": places and arcs as ~ lines";
-    ForgetMap map "ForgetMap" None, ": forget places and arcs";
+    ForgetMap map "ForgetMap" None, "[here]: forget places and arcs, or only where the base is";
     GetStatus state "GetStatus" None, ": move state, turn state, enabled or disabled, fault";
     GetState state "GetState" None, ": t S S' S'' alpha alpha' alpha''";
     GetTime state "GetTime" None, ": seconds since boot";

@@ -84,7 +84,10 @@ impl Interpreter {
         }
         atlas.update(&snapshot.estimator, &bounds(&self.params));
         if has_known && atlas.anchor().is_none() {
-            // Without room for it, AmIThere still tells.
+            // It is worth more than the oldest of what nobody has read.
+            if self.events.is_full() {
+                self.events.pop_front();
+            }
             let _ = self.events.push_back(Told::Lost);
         }
         atlas.work();
@@ -100,6 +103,16 @@ impl Interpreter {
     ) -> Result<(), Error> {
         let charts = &mut self.charts;
         let bounds = bounds(&self.params);
+        let says_where = matches!(command, MapCommand::Mark(..) | MapCommand::Sight(..));
+        if let Some(fault) = desk
+            .snapshot()
+            .fault
+            .filter(|fault| fault.doubts_odometry())
+            && says_where
+        {
+            // Nobody would know where it has gone from there.
+            return Err(Error::Fault(fault));
+        }
         let mut about = None;
         let question = match command {
             MapCommand::Mark(name, radius) => Question::Mark(*name, *radius),
@@ -142,8 +155,12 @@ impl Interpreter {
                 charts.listing = Some(Listing::Place(0));
                 return Ok(());
             }
-            MapCommand::Forget => {
-                atlas.forget();
+            MapCommand::Forget(all) => {
+                if *all {
+                    atlas.forget();
+                } else {
+                    atlas.lose();
+                }
                 text.str("OK");
                 return Ok(());
             }

@@ -2,8 +2,8 @@
 
 use super::atlas::{Atlas, Claim, Judged, Stage};
 use super::{
-    Answer, Backward, Cylinder, Disc, Gaussian, Heading, Map, MapError, Place, PlaceId, Question,
-    Sighting,
+    Answer, Backward, Cylinder, Disc, Gaussian, Heading, Leg, Map, MapError, Place, PlaceId,
+    Question, Sighting,
 };
 
 /// The meadow of a place that is marked without one, m.
@@ -136,8 +136,13 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
             Some(_) => Answer::Confirmed(place, 0),
             None => Answer::Added(place),
         };
+        // What was seen before has its freeway, or had it taken back.
+        let is_new = known
+            .landmark(landmark)
+            .is_none_or(|known| known.spot.is_none());
         let labelled = self.map.label(place, landmark, spot);
         if labelled.is_ok()
+            && is_new
             && let Some((there, spot)) = self.map.find(landmark).zip(spot)
         {
             see(&mut self.map, place, there, &spot);
@@ -287,19 +292,33 @@ impl<const PLACES: usize, const ARCS: usize, const STOPS: usize> Atlas<PLACES, A
     #[inline(never)]
     fn arrive(&mut self, claim: Claim, shrunk: usize) -> Stage {
         let place = claim.place;
+        let here = self.seen_from(&claim);
         let has_stayed = self.has_stayed_at(place);
         if let Some((from, bound, likely)) = self.arrival(&claim) {
-            // Without room for it, nothing that was known is lost.
-            let _ = self.map.connect(from, place, &bound, &likely);
+            // Of what was connected before this is one way more. Without room for it, nothing that was known is lost.
+            let _ = if self.relations.to(place).is_some() {
+                self.map.reason(from, place, &bound, &likely)
+            } else {
+                self.map.connect(from, place, &bound, &likely)
+            };
         }
         if let Question::Mark(name, Some(meadow)) = &self.asked.question {
             // It is known, so there is room.
             let _ = self.map.mark(name, *meadow);
         }
         if has_stayed {
-            self.relations.begin(None);
+            let seen = here.common(&self.asked.arc.there).unwrap_or(here);
+            let leg = Leg::from(seen).common(&Leg {
+                there: seen,
+                back: self.asked.arc.back,
+            });
+            let since = &self.asked.since.recorder;
+            self.trail.recorder.resume_after(&leg, since);
+            // The first of them is where it is.
+            if shrunk > 1 {
+                self.relations.begin(None);
+            }
         } else {
-            let here = self.seen_from(&claim);
             self.start_at(place, &here);
         }
         Stage::Done(Ok(Answer::Confirmed(place, shrunk)))

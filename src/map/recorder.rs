@@ -7,8 +7,9 @@ use heapless::Vec;
 
 /// How wrong odometry may be. Of a turn in place the heading, and of a run the heading and the length; \[B\]'s example is ±5° and ±(5 + 0.05 d) cm.
 ///
-/// A motion is a turn and the run after it, straight or curved, each of up to 180°: what it has turned is wrong by `turn` + `turn_per_metre` · d at most, at any
-/// point of its way, and what it has run by `distance` + `distance_share` · d in all.
+/// A motion is a turn and the run after it, straight or curved, of up to 180° of turning to and fro in all: what it has turned is wrong by `turn` + `turn_per_metre` · d at
+/// most, at any point of its way, and what it has run by `distance` + `distance_share` · d in all. An error of the heading comes with turning, at most as much as has
+/// been turned, or with the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Bounds {
@@ -111,7 +112,7 @@ impl<const MOTIONS: usize> Recorder<MOTIONS> {
     }
 
     /// Takes a step in, which was not wrong by more than these bounds allow. A motion ends, and the next begins, where the base turns in place after a run, or
-    /// turns its run back, or has turned a half turn, in place or on its run.
+    /// turns its run back, or has turned a half turn in all.
     pub fn take(&mut self, step: &Step, bounds: &Bounds) {
         if self.open.ends_before(step) {
             let motion = self.open.bound();
@@ -155,6 +156,17 @@ impl<const MOTIONS: usize> Recorder<MOTIONS> {
     /// Goes on from here as another one.
     pub fn resume<const OTHER: usize>(&mut self, other: &Recorder<OTHER>) {
         self.motions.clear();
+        self.go_on(other);
+    }
+
+    /// Begins anew with a motion that is known otherwise, and goes on from its end as another one.
+    pub fn resume_after<const OTHER: usize>(&mut self, motion: &Leg, other: &Recorder<OTHER>) {
+        self.motions.clear();
+        self.append(*motion);
+        self.go_on(other);
+    }
+
+    fn go_on<const OTHER: usize>(&mut self, other: &Recorder<OTHER>) {
         for motion in &other.motions {
             self.append(*motion);
         }
@@ -182,7 +194,7 @@ impl Open {
     fn ends_before(&self, step: &Step) -> bool {
         let is_back = step.travelled * self.run < 0.0 && step.travelled.abs() > 0.1 * RUN;
         let is_over = is_pivot(step) || is_back;
-        let has_turned = larger(self.pivot, self.swing) >= PI;
+        let has_turned = self.pivot + self.swing >= PI;
         self.running >= RUN && is_over || has_turned
     }
 

@@ -2,6 +2,7 @@
 
 use vehicle_controller::controller::Snapshot;
 use vehicle_controller::params::{Id, Kind, Params};
+use vehicle_controller::supervisor::Fault;
 
 use super::Session;
 use crate::base;
@@ -118,7 +119,10 @@ impl Session<'_> {
                 let gated = self.params.get(Id::Gate) > 0.0;
                 doubts.may.add_if(straight && gated, Codes::GATE);
             }
-            Ask::Map(..) => {
+            Ask::Map(name, _) => {
+                let doubted = snapshot.fault.is_some_and(Fault::doubts_odometry);
+                let says_where = ["Mark", "Sight"].contains(&name);
+                doubts.must.add_if(doubted && says_where, Codes::FAULT);
                 // What is in the map is not looked at here.
                 for code in [Codes::UNKNOWN, Codes::FULL, Codes::CONTRADICTION] {
                     doubts.may.add(code);
@@ -202,7 +206,7 @@ impl Session<'_> {
                 self.expect_rows(ask, reply);
                 return false;
             }
-            Ask::Map(..) | Ask::Plain("GetMap" | "ForgetMap") => {
+            Ask::Map(..) | Ask::Plain("GetMap") => {
                 replies::of_map(ask, reply);
                 self.expect_rows(ask, reply);
                 return false;

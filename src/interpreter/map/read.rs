@@ -25,8 +25,8 @@ pub enum MapCommand {
     Crosses([Name; 4]),
     /// GetMap.
     List,
-    /// ForgetMap.
-    Forget,
+    /// ForgetMap: all of it, or where the base is.
+    Forget(bool),
 }
 
 /// Where a landmark is seen.
@@ -67,7 +67,7 @@ pub(in crate::interpreter) fn read(
             MapCommand::Crosses([name(words)?, name(words)?, name(words)?, name(words)?])
         }
         Keyword::GetMap => MapCommand::List,
-        Keyword::ForgetMap => MapCommand::Forget,
+        Keyword::ForgetMap => MapCommand::Forget(!here(words)?),
         _ => return Ok(None),
     }))
 }
@@ -85,6 +85,14 @@ fn optional_name(words: &mut Words<'_>) -> Result<Option<Name>, Error> {
     let text = core::str::from_utf8(word).ok();
     let text = text.filter(|_| word.iter().all(is_good)).ok_or(NO_NAME)?;
     Name::try_from(text).map(Some).map_err(|_| NO_NAME)
+}
+
+fn here(words: &mut Words<'_>) -> Result<bool, Error> {
+    match words.next()? {
+        None => Ok(false),
+        Some(word) if word.eq_ignore_ascii_case(b"here") => Ok(true),
+        Some(_) => Err(Error::Syntax("here, or nothing")),
+    }
 }
 
 /// `-` is no freeway.
