@@ -122,7 +122,8 @@ impl Session<'_> {
             Ask::Map(name, _) => {
                 let doubted = snapshot.fault.is_some_and(Fault::doubts_odometry);
                 let says_where = ["Mark", "Sight"].contains(&name);
-                doubts.must.add_if(doubted && says_where, Codes::FAULT);
+                // Or it was asked before that fault, and has been worked out since.
+                doubts.may.add_if(doubted && says_where, Codes::FAULT);
                 // What is in the map is not looked at here.
                 for code in [Codes::UNKNOWN, Codes::FULL, Codes::CONTRADICTION] {
                     doubts.may.add(code);
