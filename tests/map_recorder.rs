@@ -91,6 +91,17 @@ impl Base {
         }
     }
 
+    fn check(&self) {
+        let (bound, truth) = (self.recorder.bound(), self.truth);
+        assert!(self.is_inside(), "{bound:?} {truth:?}");
+    }
+
+    /// The heading is off by more than one motion may be that has run so many metres.
+    fn check_that_one_bound_is_not_enough(&self, run: f64) {
+        let off = (self.truth.theta - self.measured.theta).abs();
+        assert!(off > BOUNDS.turn + run * BOUNDS.turn_per_metre, "{off}");
+    }
+
     fn is_inside(&self) -> bool {
         let leg = self.recorder.bound();
         holds(&leg.there, self.truth) && holds(&leg.back, self.truth.inverse())
@@ -245,12 +256,7 @@ fn turns_on_the_spot_are_bounded_each_half_turn() {
                     ..Wrong::default()
                 },
             );
-            assert!(
-                base.is_inside(),
-                "{:?} {:?}",
-                base.recorder.bound(),
-                base.truth
-            );
+            base.check();
         }
         let run = Piece {
             turn: 0.0,
@@ -258,18 +264,8 @@ fn turns_on_the_spot_are_bounded_each_half_turn() {
             curvature: 0.0,
         };
         base.drive(&run, &Wrong::default());
-        assert!(
-            base.is_inside(),
-            "{:?} {:?}",
-            base.recorder.bound(),
-            base.truth
-        );
-        // More than one bound was needed.
-        let off = base.truth.theta - base.measured.theta;
-        assert!(
-            off.abs() > BOUNDS.turn + 3.0 * BOUNDS.turn_per_metre,
-            "{off}"
-        );
+        base.check();
+        base.check_that_one_bound_is_not_enough(3.0);
     }
 }
 
@@ -294,18 +290,9 @@ fn a_turn_and_a_curve_of_180_degrees_each_have_a_bound_each() {
             ..Wrong::default()
         };
         base.drive(&piece, &wrong);
-        assert!(
-            base.is_inside(),
-            "{:?} {:?}",
-            base.recorder.bound(),
-            base.truth
-        );
+        base.check();
     }
-    let off = base.truth.theta - base.measured.theta;
-    assert!(
-        off.abs() > BOUNDS.turn + 3.8 * BOUNDS.turn_per_metre,
-        "{off}"
-    );
+    base.check_that_one_bound_is_not_enough(3.8);
 }
 
 #[test]

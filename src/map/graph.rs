@@ -117,11 +117,27 @@ pub struct Arc {
     pub likely: Gaussian,
     /// The smallest width of the freeway between the two, a straight corridor, m. `None` if none is known.
     pub freeway: Option<f32>,
-    /// Nobody drove it: it follows from others, and makes room for one that was driven.
+    /// Without it others still connect its places: it makes room for one that is needed.
     pub is_reasoned: bool,
 }
 
 impl Arc {
+    fn new(
+        (from, to): (PlaceId, PlaceId),
+        bound: &Cylinder,
+        likely: &Gaussian,
+        is_reasoned: bool,
+    ) -> Self {
+        Self {
+            from,
+            to,
+            bound: *bound,
+            likely: *likely,
+            freeway: None,
+            is_reasoned,
+        }
+    }
+
     /// Keeps what two bounds have in common, and the surer compound.
     fn refine(&mut self, bound: &Cylinder, likely: &Gaussian) -> Result<(), MapError> {
         self.bound = self.bound.common(bound).ok_or(MapError::Contradiction)?;
@@ -218,7 +234,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
     }
 
     /// Remembers where the frame of `to` lies as seen from that of `from`. If that was known already, what both bounds have in common, and the surer compound.
-    /// Without room for it, the widest of the arcs that [follow from others](Self::reason) is forgotten.
+    /// Without room for it, the widest of those that only [add to others](Self::reason) is forgotten.
     ///
     /// # Errors
     /// [`MapError::Place`], [`MapError::Full`], [`MapError::Contradiction`].
@@ -236,14 +252,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
             arc.is_reasoned = false;
             return Ok(());
         }
-        let arc = Arc {
-            from,
-            to,
-            bound: *bound,
-            likely: *likely,
-            freeway: None,
-            is_reasoned: false,
-        };
+        let arc = Arc::new((from, to), bound, likely, false);
         if self.arcs.is_full() {
             let known = self.widest_reasoned().ok_or(MapError::Full)?;
             *known = arc;
@@ -252,7 +261,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
         self.arcs.push(arc).map_err(|_| MapError::Full)
     }
 
-    /// Remembers an arc that follows from others. Without room for it, the widest one of its kind is forgotten, be it this one.
+    /// Remembers an arc between places that others connect already. Without room for it, the widest one of its kind is forgotten, be it this one.
     ///
     /// # Errors
     /// [`MapError::Place`], [`MapError::Contradiction`].
@@ -268,14 +277,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
         if let Some(arc) = self.arc_mut(from, to) {
             return arc.refine(bound, likely);
         }
-        let arc = Arc {
-            from,
-            to,
-            bound: *bound,
-            likely: *likely,
-            freeway: None,
-            is_reasoned: true,
-        };
+        let arc = Arc::new((from, to), bound, likely, true);
         if self.arcs.push(arc).is_err()
             && let Some(known) = self.widest_reasoned()
             && bound.disc.radius < known.bound.disc.radius
@@ -298,7 +300,7 @@ impl<const PLACES: usize, const ARCS: usize> Map<PLACES, ARCS> {
         arcs.find(|arc| (arc.from, arc.to) == (from, to))
     }
 
-    /// Of the arcs that follow from others, and along which there is no freeway, the one with the largest circle.
+    /// Of the arcs that only add to others, and along which there is no freeway, the one with the largest circle.
     fn widest_reasoned(&mut self) -> Option<&mut Arc> {
         let arcs = self.arcs.iter_mut();
         arcs.filter(|arc| arc.is_reasoned && arc.freeway.is_none())
