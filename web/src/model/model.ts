@@ -148,6 +148,8 @@ export interface Spoken {
 export interface World {
   readonly robot: string;
   readonly pose: Pose & { readonly t: number };
+  /** Wished speed, simulated seconds a second; undefined: as fast as it goes. */
+  readonly speed: number | undefined;
   /** Simulated time over wished time. */
   readonly pace: number;
   readonly broken: readonly string[];
@@ -218,6 +220,8 @@ export interface Commands {
   follow(goal: Goal): Promise<string>;
   setParameter(name: string, value: string): Promise<string>;
   saveParameters(): Promise<string>;
+  /** Somebody looks at the gains (or no longer): they are asked for each second then, also while calibration is off. */
+  watchGains(on: boolean): void;
   /** Asks for the page's own telemetry again, after another `Stream` was typed. */
   ownStream(): Promise<string>;
   /** Takes the driver's seat, if it is free. */
@@ -245,6 +249,8 @@ export interface Cursor {
 export interface Model {
   readonly kind: "live" | "log";
   readonly connection: Connection;
+  /** What `Version` answered: name, version, target, protocol version; undefined until it has. */
+  readonly version: string | undefined;
   readonly history: History;
   /** Estimates with covariance, oldest first (a bounded list). */
   readonly estimates: readonly Estimate[];
