@@ -1,0 +1,103 @@
+/** What the user must see at once: an unanswered Stop, a lost connection, a fault with its cause and what clears it. */
+import type { Model, Status } from "../model/model.ts";
+import { button, h, setText, show } from "./dom.ts";
+import { FAULTS, faultTitle, REACTIONS } from "./faults.ts";
+import { driving, order, type Say, type View, watch } from "./view.ts";
+
+export interface BannerOptions {
+  readonly say: Say;
+  /** The alarm begins or ends. */
+  readonly alarm: (on: boolean) => void;
+}
+
+export function mount(element: HTMLElement, first: Model, options: BannerOptions): View {
+  let model = first;
+  const alarm = h("div", { class: "banner alarm", role: "alert", "data-testid": "alarm", hidden: true });
+  const lostText = h("span", { role: "alert" });
+  // Beside the alert, not in it: a screen reader would read every second.
+  const again = h("span", { class: "again", "aria-hidden": "true" });
+  const lost = h("div", { class: "banner lost", "data-testid": "connection-lost", hidden: true }, lostText, again);
+  const name = h("strong", { "data-testid": "fault-name" });
+  const cause = h("span", { class: "cause" });
+  const clearing = h("span", { class: "clearing" });
+  const refused = h("span", { class: "refused", role: "status" });
+  const say: Say = (text, kind) => {
+    setText(refused, kind === "refused" ? text : "");
+    options.say(text, kind);
+  };
+  const clear = button("Clear fault", () => void order("Clear fault", driving(model)?.clearFault(), say), { "data-testid": "clear-fault" });
+  const fault = h(
+    "div",
+    { class: "banner fault", role: "alert", "data-testid": "banner", hidden: true },
+    h("span", { class: "sign", "aria-hidden": "true" }, "⚠"),
+    h("div", { class: "words" }, h("span", {}, "Fault ", name), cause, clearing, refused),
+    clear,
+  );
+  const root = h("div", { class: "banner-group" }, alarm, lost, fault);
+  element.append(root);
+
+  const draw = () => {
+    setText(alarm, model.alarm ? `⚠ ${model.alarm.text}` : "");
+    show(alarm, model.alarm !== undefined);
+    options.alarm(model.alarm !== undefined);
+
+    const words = lostWords(model, Date.now());
+    setText(lostText, words?.text ?? "");
+    setText(again, words?.again ?? "");
+    show(lost, words !== undefined);
+
+    const { status } = model;
+    const latched = status !== undefined && status.fault !== "none";
+    show(fault, latched);
+    if (!latched) {
+      setText(refused, "");
+      return;
+    }
+    const told = faultWords(status);
+    setText(name, `${model.kind === "log" ? "in the log: " : ""}${told.title}`);
+    setText(cause, told.cause);
+    setText(clearing, told.clearing);
+    show(clear, model.kind === "live");
+    clear.disabled = !model.mayDrive;
+  };
+  const base = watch(model, ["alarm", "connection", "status"], (next) => {
+    model = next;
+    draw();
+  });
+  // The seconds until the next attempt run.
+  const timer = setInterval(() => {
+    if (model.connection.state === "lost") draw();
+  }, 500);
+
+  return {
+    setModel: base.setModel,
+    destroy: () => {
+      clearInterval(timer);
+      base.destroy();
+      options.alarm(false);
+      root.remove();
+    },
+  };
+}
+
+export function faultWords(status: Pick<Status, "fault" | "place">): { title: string; cause: string; clearing: string } {
+  const known = FAULTS.get(status.fault);
+  const title = faultTitle(status.fault, status.place);
+  if (!known) return { title, cause: "A fault that this page does not know.", clearing: "See the base's documentation." };
+  return {
+    title,
+    cause: `Cause: ${known.cause}. ${REACTIONS[known.reaction]}`,
+    clearing: `Clears: ${known.clearing}. Nothing moves at the clearing.`,
+  };
+}
+
+export function lostWords(model: Pick<Model, "connection">, now: number): { text: string; again: string } | undefined {
+  const { connection } = model;
+  if (connection.state !== "lost") return undefined;
+  const seconds = connection.retryAt === undefined ? undefined : Math.max(0, Math.ceil((connection.retryAt - now) / 1000));
+  const why = connection.why.replace(/\.$/, "");
+  return {
+    text: `⚠ The base does not hear this page: ${why}. Its deadman stops motions without an end; others go on to their target.`,
+    again: seconds === undefined ? "" : seconds === 0 ? "Trying again now." : `Trying again in ${seconds} s.`,
+  };
+}
