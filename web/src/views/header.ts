@@ -1,10 +1,9 @@
 /** The top of the page: which base this is, how it is connected, who drives, and what everything else depends on: battery, line, pace. */
-import type { Connection, Model } from "../model/model.ts";
+import type { Model } from "../model/model.ts";
 import { button, h, setAttribute, setText, show } from "./dom.ts";
 import { type View, watch } from "./view.ts";
+import { connectionWords, LINE_BYTES_PER_SECOND } from "./words.ts";
 
-/** A line at 115 200 baud carries this many bytes a second, each way. */
-export const LINE_BYTES_PER_SECOND = 11_520;
 /** What is older is shown as stale. */
 const STALE_MS = 500;
 
@@ -109,21 +108,4 @@ export function baseName(model: Pick<Model, "kind" | "connection" | "version" | 
   const [, version, target] = (model.version ?? "").split(" ");
   const what = model.world ? `simulated "${model.world.robot}"` : target;
   return [what, version].filter(Boolean).join(" ");
-}
-
-export function connectionWords(connection: Connection): { text: string; detail: string } {
-  switch (connection.state) {
-    case "none":
-      return { text: "○ not connected", detail: "No base is connected" };
-    case "connecting":
-      return { text: "◌ connecting", detail: `Connecting to ${connection.to}` };
-    case "lost":
-      return { text: "✕ connection lost", detail: `${connection.to}: ${connection.why}` };
-    case "log":
-      return { text: "▤ log", detail: connection.name };
-    case "open":
-      return connection.role === "drive"
-        ? { text: "● connected, drives", detail: `This page drives ${connection.to}` }
-        : { text: "◉ connected, watches", detail: `This page watches ${connection.to}: it sends nothing` };
-  }
 }
