@@ -105,7 +105,7 @@ export function paceWords(pace: number, speed: number | undefined): string {
 /** `Version` answers name, version, target, protocol version. */
 export function baseName(model: Pick<Model, "kind" | "connection" | "version" | "world">): string {
   if (model.connection.state === "log") return model.connection.name;
-  const [, version, target] = (model.version ?? "").split(" ");
+  const [, version, target] = (model.version ?? "").replace(/^Version /, "").split(" ");
   const what = model.world ? `simulated "${model.world.robot}"` : target;
   return [what, version].filter(Boolean).join(" ");
 }

@@ -8,9 +8,8 @@ export function refused(line: string): string | undefined {
   if (/[\r\n]/.test(line)) return "one line at a time: glued together, two lines can mean a third";
   for (const character of line) {
     const code = character.codePointAt(0) ?? 0;
-    if (code > 126) return `“${character}” is not ASCII: the base would refuse the line`;
-    if (code < 32 && code !== 9) return `a control character (${code}) is in the line: the base would refuse it`;
-    if (code === 127) return "a control character (127) is in the line: the base would refuse it";
+    if (code === 127 || (code < 32 && code !== 9)) return `a control character (${code}) is in the line: the base would refuse it`;
+    if (code > 127) return `“${character}” is not ASCII: the base would refuse the line`;
   }
   if (line.length > LONGEST) return `longer than ${LONGEST} characters`;
   return undefined;
