@@ -27,7 +27,7 @@ test("true gains are true over nominal geometry; where either is not known there
   const world = { truth } as never;
   const gains = trueGains({ world, parameters, geometry }) ?? [];
   // Exact but for the rounding of three divisions.
-  [1.01, 0.99, 1.01].forEach((gain, at) => assert.ok(Math.abs(gain - (gains[at] ?? 0)) < 1e-12));
+  for (const [at, gain] of [1.01, 0.99, 1.01].entries()) assert.ok(Math.abs(gain - (gains[at] ?? 0)) < 1e-12);
   assert.equal(trueGains({ world: undefined, parameters, geometry }), undefined);
   assert.equal(trueGains({ world, parameters: new Map(), geometry }), undefined);
   assert.equal(trueGains({ world, parameters, geometry: { ...geometry, vehicle: "tricycle" } }), undefined);
@@ -35,7 +35,9 @@ test("true gains are true over nominal geometry; where either is not known there
     Object.values(GAIN_NAMES).map((names) => names.length),
     [3, 3, 3, 4],
   );
-  assert.equal(gainWords(1.01, 0.002, "°"), "1.01000 ± 0.00200 °");
+  assert.equal(gainWords(1.01, 0.002, "°", undefined), "1.01000 ± 0.00200 °");
+  assert.equal(gainWords(1.01, 0.002, "", 1), "1.01000 ± 0.00200, truly 1.00000");
+  assert.equal(gainWords(undefined, undefined, "", 1), "not asked yet");
 });
 
 test("fixes are given at their pace, one at a time, and only while somebody looks", async () => {

@@ -3,7 +3,7 @@ import type { Model } from "../model/model.ts";
 import * as convergence from "./convergence.ts";
 import { button, h, numberField, setText, show } from "./dom.ts";
 import { Fixes, type Tally } from "./fixes.ts";
-import { GAIN_NAMES, gainWords, trueGains } from "./gains.ts";
+import { GAIN_NAMES, trueGains } from "./gains.ts";
 import { driving, order, type Say, type View, watch } from "./view.ts";
 
 export interface Calibration extends View {
@@ -74,15 +74,7 @@ export function mount(element: HTMLElement, first: Model, say: Say): Calibration
     told,
   );
 
-  const body = h("tbody");
-  const table = h(
-    "table",
-    { class: "gains" },
-    h("caption", { class: "unseen" }, "Gains"),
-    h("thead", {}, h("tr", {}, ...["Gain", "Value ± σ", "True"].map((name) => h("th", { scope: "col" }, name)))),
-    body,
-  );
-  const charts = h("div", { class: "charts", role: "img", "aria-label": "The gains over time; the table has their last values" });
+  const charts = h("div", { class: "charts" });
   const legend = h("p", { class: "legend" }, "— learned, band ± σ");
   let chart: convergence.Convergence | undefined;
   let vehicle: string | undefined;
@@ -93,7 +85,6 @@ export function mount(element: HTMLElement, first: Model, say: Say): Calibration
       { class: "scroll" },
       h("fieldset", {}, h("legend", {}, "Calibrate"), ...orders, length.root, straight),
       feeding,
-      table,
       legend,
       charts,
     ),
@@ -102,23 +93,11 @@ export function mount(element: HTMLElement, first: Model, say: Say): Calibration
   const draw = () => {
     const names = GAIN_NAMES[model.geometry.vehicle];
     const truth = trueGains(model);
-    const gains = model.gains.at(-1);
     show(feeding, model.world !== undefined);
     for (const each of [...orders, straight]) each.disabled = !model.mayDrive;
     feed.disabled = !model.mayDrive && !fixes.running;
     setText(legend, truth ? "— learned, band ± σ   – – true" : "— learned, band ± σ");
     if (!seen) return;
-    body.replaceChildren(
-      ...names.map(({ name, unit }, at) =>
-        h(
-          "tr",
-          {},
-          h("th", { scope: "row" }, name),
-          h("td", {}, gains ? gainWords(gains.values[at] ?? Number.NaN, gains.deviations[at] ?? Number.NaN, unit) : "not asked yet"),
-          h("td", {}, truth?.[at]?.toFixed(5) ?? ""),
-        ),
-      ),
-    );
     if (vehicle !== model.geometry.vehicle) {
       chart?.destroy();
       chart = convergence.mount(charts, names);

@@ -1,31 +1,38 @@
 /** The gains over time, each in a chart of its own (they have different units): the value, ± its deviation as a band, and the truth as a dashed line. */
 import uPlot from "uplot";
 import type { Gains } from "../model/model.ts";
-import { h } from "./dom.ts";
+import { h, setText } from "./dom.ts";
+import { type GainName, gainWords } from "./gains.ts";
 
 const HEIGHT = 112;
+const LEAST_WIDTH = 160;
 
 export interface Convergence {
   draw(gains: readonly Gains[], truth: readonly number[] | undefined): void;
   destroy(): void;
 }
 
-export function mount(element: HTMLElement, names: readonly { readonly name: string; readonly unit: string }[]): Convergence {
+export function mount(element: HTMLElement, names: readonly GainName[]): Convergence {
   const ink = (name: string, otherwise: string) => getComputedStyle(element).getPropertyValue(name).trim() || otherwise;
   let charts: uPlot[] = [];
+  let captions: HTMLElement[] = [];
   let drawn: (() => void) | undefined;
+  const widthOf = (place: Element) => Math.max(LEAST_WIDTH, place.clientWidth);
 
   const build = () => {
     for (const chart of charts) chart.destroy();
     element.replaceChildren();
     const [muted, grid, line, truth] = [ink("--muted", "#555"), ink("--grid", "#ddd"), ink("--est", "#0072b2"), ink("--true", "#d55e00")];
     const axis: uPlot.Axis = { stroke: muted, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid }, font: "11px system-ui" };
-    charts = names.map(({ name, unit }) => {
-      const place = h("figure", { class: "gain" }, h("figcaption", {}, unit ? `${name} (${unit})` : name));
+    captions = [];
+    charts = names.map(({ name }) => {
+      const caption = h("span");
+      const place = h("figure", { class: "gain" }, h("figcaption", {}, h("b", {}, name), " ", caption));
+      captions.push(caption);
       element.append(place);
       return new uPlot(
         {
-          width: Math.max(160, element.clientWidth - 4),
+          width: widthOf(place),
           height: HEIGHT,
           legend: { show: false },
           cursor: { show: false },
@@ -54,7 +61,7 @@ export function mount(element: HTMLElement, names: readonly { readonly name: str
   const sizes = new ResizeObserver(() => {
     if (element.clientWidth === width || element.clientWidth === 0) return;
     width = element.clientWidth;
-    for (const chart of charts) chart.setSize({ width: Math.max(160, width - 4), height: HEIGHT });
+    for (const chart of charts) chart.setSize({ width: widthOf(chart.root.parentElement ?? element), height: HEIGHT });
   });
   // Canvases take no notice of a change of the colours.
   const colours = new MutationObserver(build);
@@ -70,6 +77,9 @@ export function mount(element: HTMLElement, names: readonly { readonly name: str
           const values = gains.map((each) => each.values[at] ?? null);
           const off = (sign: number) => gains.map((each) => (each.values[at] ?? Number.NaN) + sign * (each.deviations[at] ?? Number.NaN));
           const known = truth?.[at];
+          const caption = captions[at];
+          const now = gains.at(-1);
+          if (caption) setText(caption, gainWords(now?.values[at], now?.deviations[at], names[at]?.unit ?? "", known));
           chart.setData([times, off(-1), off(1), values, times.map(() => known ?? null)]);
         });
       };

@@ -29,6 +29,9 @@ export function trueGains(model: Pick<Model, "world" | "parameters" | "geometry"
   return [truth.rightDiameter / right, truth.leftDiameter / left, truth.wheelBase / base];
 }
 
-export function gainWords(value: number, deviation: number, unit: string): string {
-  return `${value.toFixed(5)} ± ${deviation.toFixed(5)}${unit && ` ${unit}`}`;
+/** The gain in words, for the caption of its chart. */
+export function gainWords(value: number | undefined, deviation: number | undefined, unit: string, truth: number | undefined): string {
+  if (value === undefined || deviation === undefined) return "not asked yet";
+  const known = truth === undefined ? "" : `, truly ${truth.toFixed(5)}`;
+  return `${value.toFixed(5)} ± ${deviation.toFixed(5)}${unit && ` ${unit}`}${known}`;
 }

@@ -69,6 +69,7 @@ export function mount(element: HTMLElement, first: Model): StopBar {
       motion,
       status ? `move ${status.moveState} · turn ${status.turnState} · motors ${status.enabled ? "enabled" : "disabled"}` : "",
     );
+    show(whose, log && connection.state !== "none");
     setText(whose, log && connection.state !== "none" ? `These act on the live base (${describe(model)}), not on the log.` : "");
     const problem = unreachable(connection, model.mayDrive);
     stopButton.title = problem ?? `Both axes decelerate and hold (space bar). To ${describe(model)}`;

@@ -44,7 +44,7 @@ export function mount(element: HTMLElement, first: Model): Console {
   const hint = h("div", { class: "command-hint", id: "command-hint", role: "status" });
   const tail = button("↓ newest", () => follow(), { class: "tail", hidden: true });
   const send = h("button", { type: "submit" }, "Send");
-  const form = h("form", { class: "command" }, h("label", { for: "command" }, "Command"), field, send);
+  const form = h("form", { class: "command-form" }, h("label", { for: "command" }, "Command"), field, send);
   element.replaceChildren(
     h(
       "div",
