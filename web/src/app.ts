@@ -57,7 +57,8 @@ export function app(page: Window, sources: Sources): App {
   const helping = help.mount(document.body);
   const banners = place("banners");
   const top = header.mount(place("header"), live, { help: helping.open, scheme: scheme(page) });
-  const alerts = banner.mount(banners, live, { say, alarm: sound.sound });
+  const closeLog = () => showLog(undefined);
+  const alerts = banner.mount(banners, live, { say, alarm: sound.sound, closeLog });
   let logAlerts: View | undefined;
 
   const desk = {
@@ -77,7 +78,7 @@ export function app(page: Window, sources: Sources): App {
     bar.showsLog(next !== undefined);
     line.showsLog(next?.connection.state === "log" ? next.connection.name : undefined);
     logAlerts?.destroy();
-    logAlerts = next && banner.mount(banners, next, { say, alarm: () => {} });
+    logAlerts = next && banner.mount(banners, next, { say, alarm: () => {}, closeLog });
     offerWorld();
   };
   const showLive = (next: Model) => {
@@ -92,7 +93,7 @@ export function app(page: Window, sources: Sources): App {
     connect: async () => showLive(await sources.connect()),
     disconnect: async () => showLive(await sources.disconnect()),
     loadLog: async (file) => showLog(await sources.readLog(file, live)),
-    closeLog: () => showLog(undefined),
+    closeLog,
     say,
   });
   const views: readonly View[] = [

@@ -8,6 +8,8 @@ export interface BannerOptions {
   readonly say: Say;
   /** The alarm begins or ends. */
   readonly alarm: (on: boolean) => void;
+  /** Leaves the log, for the live base. */
+  readonly closeLog: () => void;
 }
 
 export function mount(element: HTMLElement, first: Model, options: BannerOptions): View {
@@ -33,7 +35,14 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
     h("div", { class: "words" }, h("span", {}, "Fault ", name), cause, clearing, refused),
     clear,
   );
-  const root = h("div", { class: "banner-group" }, alarm, lost, fault);
+  const logName = h("span");
+  const log = h(
+    "div",
+    { class: "banner log-shown", role: "status", "data-testid": "log-banner", hidden: true },
+    logName,
+    button("Back to the live base", options.closeLog),
+  );
+  const root = h("div", { class: "banner-group" }, log, alarm, lost, fault);
   element.append(root);
 
   const draw = () => {
@@ -46,7 +55,10 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
     setText(again, words?.again ?? "");
     show(lost, words !== undefined);
 
-    const { status } = model;
+    const { status, connection } = model;
+    show(log, connection.state === "log");
+    if (connection.state === "log") setText(logName, `▤ What is shown is the log ${connection.name}, not a live base.`);
+    fault.classList.toggle("of-log", model.kind === "log");
     const latched = status !== undefined && status.fault !== "none";
     show(fault, latched);
     if (!latched) {

@@ -65,10 +65,10 @@ export function mount(element: HTMLElement, first: Model): StopBar {
   let log = false;
   const draw = () => {
     const { status, connection } = model;
-    setText(
-      motion,
-      status ? `move ${status.moveState} · turn ${status.turnState} · motors ${status.enabled ? "enabled" : "disabled"}` : "",
-    );
+    const said = status && `move ${status.moveState} · turn ${status.turnState} · motors ${status.enabled ? "enabled" : "disabled"}`;
+    const old = connection.state === "open" ? "" : "last heard: ";
+    setText(motion, said ? old + said : "");
+    motion.classList.toggle("old", old !== "");
     show(whose, log && connection.state !== "none");
     setText(whose, log && connection.state !== "none" ? `These act on the live base (${describe(model)}), not on the log.` : "");
     const problem = unreachable(connection, model.mayDrive);
