@@ -109,7 +109,7 @@ export function mount(element: HTMLElement, first: Model, say: Say): Calibration
   const base = watch(model, ["gains", "connection", "parameters"], (next, anew) => {
     if (anew && next !== model) {
       fixes.stop("another base is shown");
-      look(false);
+      if (seen) look(false);
     }
     model = next;
     if (!model.mayDrive) fixes.stop("this page does not drive the base any more");
@@ -121,7 +121,7 @@ export function mount(element: HTMLElement, first: Model, say: Say): Calibration
     setModel: base.setModel,
     destroy: () => {
       fixes.stop("");
-      look(false);
+      if (seen) look(false);
       base.destroy();
       chart?.destroy();
     },
