@@ -19,7 +19,7 @@ import * as strips from "./views/strips/strips.ts";
 import * as tabs from "./views/tabs.ts";
 import * as timeline from "./views/timeline.ts";
 import * as topview from "./views/topview/topview.ts";
-import type { View } from "./views/view.ts";
+import { type View, watch } from "./views/view.ts";
 import * as world from "./views/world.ts";
 
 /** Where models come from. */
@@ -83,9 +83,8 @@ export function app(page: Window, sources: Sources): App {
   };
   const showLive = (next: Model) => {
     live = next;
-    for (const view of [bar, top, alerts, line, worlds]) view.setModel(next);
+    for (const view of [bar, top, alerts, line, worlds, offering]) view.setModel(next);
     showLog(undefined);
-    live.subscribe(["world"], offerWorld);
   };
   const line = connection.mount(desk.connection, live, {
     served: sources.served,
@@ -113,8 +112,7 @@ export function app(page: Window, sources: Sources): App {
     { name: "Connection", panel: desk.connection },
   ]);
   const offerWorld = () => panels.offer("World", shown() === live && live.world !== undefined);
-  offerWorld();
-  live.subscribe(["world"], offerWorld);
+  const offering = watch(live, ["world"], offerWorld);
   if (!sources.served) panels.select("Connection");
 
   bind(page, {

@@ -14,12 +14,14 @@ export interface BannerOptions {
 
 export function mount(element: HTMLElement, first: Model, options: BannerOptions): View {
   let model = first;
-  const alarm = h("div", { class: "banner alarm", role: "alert", "data-testid": "alarm", hidden: true });
+  const ofLog = first.kind === "log";
+  const testid = (name: string) => ({ "data-testid": ofLog ? `log-${name}` : name });
+  const alarm = h("div", { class: "banner alarm", role: "alert", ...testid("alarm"), hidden: true });
   const lostText = h("span", { role: "alert" });
   // Beside the alert, not in it: a screen reader would read every second.
   const again = h("span", { class: "again", "aria-hidden": "true" });
-  const lost = h("div", { class: "banner lost", "data-testid": "connection-lost", hidden: true }, lostText, again);
-  const name = h("strong", { "data-testid": "fault-name" });
+  const lost = h("div", { class: "banner lost", ...testid("connection-lost"), hidden: true }, lostText, again);
+  const name = h("strong", testid("fault-name"));
   const cause = h("span", { class: "cause" });
   const clearing = h("span", { class: "clearing" });
   const refused = h("span", { class: "refused", role: "status" });
@@ -27,10 +29,10 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
     setText(refused, kind === "refused" ? text : "");
     options.say(text, kind);
   };
-  const clear = button("Clear fault", () => void order("Clear fault", driving(model)?.clearFault(), say), { "data-testid": "clear-fault" });
+  const clear = button("Clear fault", () => void order("Clear fault", driving(model)?.clearFault(), say), testid("clear-fault"));
   const fault = h(
     "div",
-    { class: "banner fault", role: "alert", "data-testid": "banner", hidden: true },
+    { class: "banner fault", role: "alert", ...testid("banner"), hidden: true },
     h("span", { class: "sign", "aria-hidden": "true" }, "⚠"),
     h("div", { class: "words" }, h("span", {}, "Fault ", name), cause, clearing, refused),
     clear,
@@ -38,11 +40,11 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
   const logName = h("span");
   const log = h(
     "div",
-    { class: "banner log-shown", role: "status", "data-testid": "log-banner", hidden: true },
+    { class: "banner log-shown", role: "status", "data-testid": "log-shown", hidden: true },
     logName,
     button("Back to the live base", options.closeLog),
   );
-  const root = h("div", { class: "banner-group" }, log, alarm, lost, fault);
+  const root = h("div", { class: "banner-group" }, ofLog && log, alarm, lost, fault);
   element.append(root);
 
   const draw = () => {

@@ -62,7 +62,8 @@ export function mount(element: HTMLElement, first: Model, options: HeaderOptions
     const volts = history.length > 0 ? history.at("battery", history.length - 1) : Number.NaN;
     battery.set(Number.isNaN(volts) ? undefined : `${volts.toFixed(1)} V`, stale || connection.state === "lost");
     const bytes = statistics.heardBytesPerSecond / LINE_BYTES_PER_SECOND;
-    load.set(connection.state === "open" ? `${Math.round(100 * bytes)} %` : undefined, false);
+    const damaged = statistics.damagedLines > 0 ? `, ${statistics.damagedLines} damaged` : "";
+    load.set(connection.state === "open" ? `${Math.round(100 * bytes)} %${damaged}` : undefined, false);
     load.root.title = "What the base sends, as a share of a serial line at 115 200 baud";
     const frozen = world !== undefined && Date.now() - world.heardAt > STALE_MS;
     pace.set(world && paceWords(world.pace, world.speed), frozen);
