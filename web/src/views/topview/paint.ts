@@ -1,0 +1,78 @@
+/** One frame of the top view: what is drawn, and over what. */
+import type { Model } from "../../model/model.ts";
+import { inkOn } from "../theme.ts";
+import { drawBase, drawDoubt, drawGoal, drawGrid, drawPlan, drawScaleBar, drawSign, type Scene } from "./draw.ts";
+import { drawMap } from "./drawmap.ts";
+import { drawTrail, SOLID, TRUE_DASH } from "./drawtrail.ts";
+import type { Point } from "./geometry.ts";
+import type { Dragged } from "./goal.ts";
+import { silhouette } from "./silhouette.ts";
+import { type Snapshot, STALE } from "./snapshot.ts";
+import type { Trail } from "./trail.ts";
+
+export interface Ways {
+  readonly estimated: Trail;
+  readonly truly: Trail;
+}
+
+export function paint(
+  scene: Scene,
+  model: Model,
+  shown: Snapshot,
+  ways: Ways,
+  goal: { dragged: Dragged; words: string } | undefined,
+): void {
+  const { ctx, view, palette, ratio } = scene;
+  ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+  ctx.fillStyle = palette.paper;
+  ctx.fillRect(0, 0, view.width, view.height);
+  drawGrid(scene);
+
+  // Of the map and of the path only the present state is known: in the past the one is pale, the other not there.
+  const present = !shown.past || model.kind === "log";
+  if (model.map) {
+    ctx.globalAlpha = present ? 1 : 0.4;
+    drawMap(scene, model.map);
+    ctx.globalAlpha = 1;
+  }
+
+  const { history } = model;
+  const until = history.pushed - history.length + shown.index;
+  const stale = shown.age > STALE;
+  const trueStale = shown.truthAge > STALE;
+  const { pose, truth } = shown;
+  for (const way of [ways.truly, ways.estimated]) way.update(history, view.scale);
+  drawTrail(scene, ways.truly, until, end(truth), { colour: palette.true, width: 2, dash: TRUE_DASH });
+  drawTrail(scene, ways.estimated, until, end(pose), { colour: palette.est, width: 2, dash: SOLID });
+  if (!shown.past) drawPlan(scene, model.path, pose);
+
+  const shape = silhouette(model.geometry, shown.motion, (model.parameters.get("rear_steered")?.value ?? 0) !== 0);
+  const estimate = stale ? palette.muted : palette.est;
+  if (shown.doubt) drawDoubt(scene, shown.doubt, estimate, Math.max(44, shape.radius * view.scale * 1.9));
+  if (pose)
+    drawBase(scene, pose, shape, { colour: estimate, fill: palette.paper, wheels: stale ? palette.muted : palette.ink, ghost: stale });
+  if (truth) {
+    const colour = trueStale ? palette.muted : palette.true;
+    drawBase(scene, truth, shape, { colour, fill: colour, wheels: colour, ghost: true });
+  }
+  if (goal) drawGoal(scene, goal.dragged, goal.words);
+  drawScaleBar(scene);
+  signs(scene, model, shown);
+}
+
+function end(pose: { readonly x: number; readonly y: number } | undefined): Point | undefined {
+  return pose && [pose.x, pose.y];
+}
+
+function signs(scene: Scene, model: Model, shown: Snapshot): void {
+  const { palette } = scene;
+  let line = 0;
+  const sign = (text: string, colour: string) => {
+    drawSign(scene, text, colour, inkOn(colour), line);
+    line += 1;
+  };
+  const old = (age: number) => (age < 100 ? `${age.toFixed(1)} s old` : "long ago");
+  if (shown.past) sign(`PAST: as of ${(shown.t ?? 0).toFixed(2)} s${model.kind === "live" ? ". The base goes on" : ""}`, palette.deccel);
+  if (shown.pose && shown.age > STALE) sign(`STALE: the estimate is ${old(shown.age)}`, palette.fault);
+  if (shown.truth && shown.truthAge > STALE) sign(`The true pose is ${old(shown.truthAge)}`, palette.muted);
+}
