@@ -16,11 +16,11 @@ const NOTES: readonly (readonly [title: string, ...paragraphs: string[]])[] = [
     "A lost page",
     "When the base hears nothing from this page for as long as its parameter deadman says (1 s unless changed), it stops motions without an end (m inf, t inf) and latches the fault link. Motions with a target go on to it, however long nobody speaks.",
     "A page in a hidden tab or a minimised window asks nothing: nobody looks, so it must not count as somebody who does. A motion without an end stops then. When the page is seen again it asks anew; nothing moves by itself.",
-    "After a lost connection nothing that was asked for before is sent.",
+    "After a lost connection nothing that was asked for before is sent, but for a Stop that was not answered.",
   ],
   [
     "Stop",
-    "Stop and EStop go before everything that waits; what waits is dropped. A Stop without an answer is sent again twice a second, with a red banner and a sound, until the base answers or the connection is lost.",
+    "Stop and EStop go before everything that waits; what waits is dropped. A Stop without an answer is sent again twice a second, with a red banner and a sound, until the base answers, also when a lost connection is back. It is the only line that is.",
     "Stop needs this page, the line and the base's firmware. None of them is an emergency stop: a base that can hurt somebody needs one that cuts the motors' supply.",
     "While a log is shown, Stop, EStop and the motors' buttons still act on the live base, if one is connected.",
   ],
