@@ -34,7 +34,7 @@ export type Sample = Record<Channel, number>;
 /** Samples in the order of their times, in a ring: the oldest give way. `t` never falls. */
 export interface History {
   readonly capacity: number;
-  /** Samples kept now. */
+  /** Samples kept now. It falls when the base has begun anew: then all are new. */
   readonly length: number;
   /** Samples ever pushed: changes whenever something is new. */
   readonly pushed: number;
@@ -100,6 +100,8 @@ export interface MapSketch {
   readonly arcs: readonly MapArc[];
   /** The place in whose frame the base knows where it is. */
   readonly anchor: string | undefined;
+  /** The place that is drawn at the estimate's origin since nobody here knows where it was marked: the whole map may lie elsewhere. */
+  readonly assumed?: string;
 }
 
 export interface MapPlace {
@@ -110,6 +112,7 @@ export interface MapPlace {
   readonly pose: Pose | undefined;
   /** Radius of the circle in which it certainly lies, as seen from the anchor. */
   readonly bound: number;
+  /** Where they stand in the frame of the estimate, as the place is; undefined where that is not known. */
   readonly landmarks: readonly { readonly name: string; readonly x: number | undefined; readonly y: number | undefined }[];
 }
 

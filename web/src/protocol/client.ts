@@ -95,6 +95,11 @@ export class Client {
     this.#tag = around.firstTag & 0xffff;
   }
 
+  /** A Stop or an EStop waits for its answer. */
+  get isHalting(): boolean {
+    return this.#halts.size > 0;
+  }
+
   /** Resolved with the base's reply, be it OK, data or ERR; rejected if there is none. */
   ask(body: string, asking: Asking = {}): Promise<string> {
     const halt = haltOf(body);

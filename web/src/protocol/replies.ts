@@ -108,8 +108,14 @@ export interface ArcRow {
   readonly kind: "arc";
   readonly from: string;
   readonly to: string;
-  /** Radius of the bound's disc. */
-  readonly radius: number;
+  /** What is certain: in the disc of this radius about that point, headed within η ± α. */
+  readonly bound: {
+    readonly distance: number;
+    readonly bearing: number;
+    readonly radius: number;
+    readonly heading: number;
+    readonly half: number;
+  };
   readonly freeway: number | undefined;
   readonly likely: Pose;
 }
@@ -137,10 +143,11 @@ export function mapRow(words: readonly string[]): MapRow | undefined {
 /** `~ arc from to d β r η α width x y θ Cxx Cxy Cxθ Cyy Cyθ Cθθ`. */
 function arcRow(from: string, to: string, words: readonly string[]): ArcRow | undefined {
   const width = words[8];
-  const [radius, x, y, theta] = numbers([words[5] ?? "", ...words.slice(9, 12)]) ?? [];
   const freeway = width === "-" ? undefined : Number(width);
-  if (radius === undefined || x === undefined || y === undefined || theta === undefined || Number.isNaN(freeway)) return undefined;
-  return { kind: "arc", from, to, radius, freeway, likely: { x, y, theta } };
+  const figures = numbers([...words.slice(3, 8), ...words.slice(9, 12)]);
+  if (!figures || Number.isNaN(freeway)) return undefined;
+  const [distance = 0, bearing = 0, radius = 0, heading = 0, half = 0, x = 0, y = 0, theta = 0] = figures;
+  return { kind: "arc", from, to, bound: { distance, bearing, radius, heading, half }, freeway, likely: { x, y, theta } };
 }
 
 /** A list: the reply that begins it and the rows that follow. */

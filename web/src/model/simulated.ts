@@ -1,0 +1,83 @@
+/** The simulated world as the page knows it, and what is asked of it. */
+import type { Clock } from "../transport/clock.ts";
+import type { World, WorldRequest } from "./model.ts";
+import type { Hello, Moment } from "./worldline.ts";
+
+/** The server answers at once. */
+const ANSWER_MS = 3000;
+
+interface Pending {
+  readonly done: () => void;
+  readonly refused: (why: string) => void;
+}
+
+export class Simulated {
+  readonly #clock: Clock;
+  #hello: Hello | undefined;
+  #pending = new Map<number, Pending>();
+  #id = 0;
+  world: World | undefined;
+
+  constructor(clock: Clock) {
+    this.#clock = clock;
+  }
+
+  get vehicle(): string | undefined {
+    return this.#hello?.vehicle;
+  }
+
+  hello(hello: Hello): void {
+    this.#hello = hello;
+  }
+
+  moment(moment: Moment): void {
+    const { t, x, y, theta, ...rest } = moment;
+    this.world = {
+      ...rest,
+      pose: { t, x, y, theta },
+      robot: this.#hello?.robot ?? "",
+      speed: this.#hello?.speed,
+      faults: this.#hello?.faults ?? [],
+      truth: this.#hello?.truth,
+      heardAt: this.#clock.now(),
+    };
+  }
+
+  /** Another base, which may have no simulated world. */
+  forget(): void {
+    this.#hello = undefined;
+    this.world = undefined;
+  }
+
+  ask(request: WorldRequest, send: (message: string) => void): Promise<void> {
+    this.#id += 1;
+    const id = this.#id;
+    return new Promise((resolve, reject) => {
+      const end = (settle: () => void) => () => {
+        cancel();
+        this.#pending.delete(id);
+        settle();
+      };
+      const refused = (why: string) => end(() => reject(new Error(why)))();
+      const cancel = this.#clock.after(ANSWER_MS, () => refused("the simulator has not answered"));
+      this.#pending.set(id, { done: end(resolve), refused });
+      try {
+        send(JSON.stringify({ id, ...request }));
+      } catch (error) {
+        refused(error instanceof Error ? error.message : String(error));
+      }
+    });
+  }
+
+  done(id: number): void {
+    this.#pending.get(id)?.done();
+  }
+
+  refused(id: number, why: string): void {
+    this.#pending.get(id)?.refused(why);
+  }
+
+  lost(): void {
+    for (const pending of [...this.#pending.values()]) pending.refused("the connection was lost");
+  }
+}
