@@ -32,7 +32,7 @@ fields! {
     LeftSpeed "left_speed"; RightSpeed "right_speed";
     LeftDuty "left_duty"; RightDuty "right_duty";
     Battery "battery"; LeftCurrent "left_current"; RightCurrent "right_current";
-    Steering "steer"; FaultName "fault"; Dropped "dropped";
+    Steering "steer"; FaultName "fault"; Dropped "dropped"; TickLoad "tick_load";
 }
 
 /// The fields of a telemetry line; none means the default ones.
@@ -90,6 +90,8 @@ pub struct Stream {
     fields: Fields,
     /// Lines that found no room.
     pub dropped: u32,
+    /// The largest share of its period that a tick took since the last line, if anybody measures it.
+    tick_load: Option<f32>,
 }
 
 impl Stream {
@@ -120,8 +122,16 @@ impl Stream {
         due
     }
 
-    /// Writes a line.
-    pub fn write(&self, text: &mut Text, snapshot: &Snapshot) {
+    /// Notes the share of its period that a tick took. What is not finite is left out.
+    pub fn note_tick_load(&mut self, share: f32) {
+        if share.is_finite() {
+            self.tick_load = Some(self.tick_load.map_or(share, |load| load.max(share)));
+        }
+    }
+
+    /// Writes a line. The ticks before it are not told again.
+    pub fn write(&mut self, text: &mut Text, snapshot: &Snapshot) {
+        let tick_load = self.tick_load.take();
         let estimate = snapshot.estimator.present();
         let c = &estimate.covariance;
         let (translation, rotation) = (&snapshot.translation, &snapshot.rotation);
@@ -133,9 +143,9 @@ impl Stream {
             text.fixed(x * DEGREES, 5);
         };
         // Where there is no sensor there is no number, but a line keeps its columns.
-        let amperes = |text: &mut Text, current: Option<f32>| {
-            match current {
-                Some(current) => text.fixed(f64::from(current), 3),
+        let measured = |text: &mut Text, value: Option<f32>| {
+            match value {
+                Some(value) => text.fixed(f64::from(value), 3),
                 None => text.word("-"),
             };
         };
@@ -209,14 +219,15 @@ impl Stream {
                 Field::Battery => {
                     text.fixed(f64::from(snapshot.supply), 3);
                 }
-                Field::LeftCurrent => amperes(text, snapshot.currents[0]),
-                Field::RightCurrent => amperes(text, snapshot.currents[1]),
+                Field::LeftCurrent => measured(text, snapshot.currents[0]),
+                Field::RightCurrent => measured(text, snapshot.currents[1]),
                 Field::FaultName => {
                     text.word(snapshot.fault.map_or("none", |fault| fault.name()));
                 }
                 Field::Dropped => {
                     text.integer(i64::from(self.dropped));
                 }
+                Field::TickLoad => measured(text, tick_load),
             }
             if text.is_full() {
                 text.cut(mark);

@@ -37,6 +37,7 @@ const FIELDS: [&str; 31] = [
     "right_current",
     "fault",
     "dropped",
+    "tick_load",
 ];
 
 /// What follows a keyword, and what is wrong with it.
