@@ -5,7 +5,7 @@ use vehicle_controller::params::{Id, Params};
 use super::codes::{Codes, Doubts};
 use super::find;
 
-const FIELDS: [&str; 31] = [
+const FIELDS: [&str; 32] = [
     "t",
     "x",
     "y",
