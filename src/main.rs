@@ -25,7 +25,7 @@ mod app {
     use crate::inbox::Inbox;
     use crate::mailbox::{self, Mailbox};
     use core::mem::MaybeUninit;
-    use core::sync::atomic::{AtomicBool, Ordering};
+    use core::sync::atomic::{AtomicU32, Ordering};
     use heapless::spsc::{Consumer, Producer, Queue};
     use vehicle_controller::controller::{Controller, Event, Interface, Request, Snapshot};
     use vehicle_controller::interpreter::{self, Identity, Interpreter};
@@ -46,8 +46,9 @@ mod app {
 
     #[shared]
     struct Shared {
-        /// Idle has come around since the last tick.
-        idle_alive: AtomicBool,
+        /// 0 when idle has come around since the last tick; else what the tick's timer showed when the last tick was done. (Should that have been 0, a tick takes
+        /// idle for alive once more.)
+        tick_end: AtomicU32,
     }
 
     #[local]
@@ -136,7 +137,7 @@ mod app {
         let (snapshots, known) = ctx.local.snapshot_mailbox.split(snapshot);
         let (received, bytes) = ctx.local.byte_queue.split();
         let shared = Shared {
-            idle_alive: AtomicBool::new(true),
+            tick_end: AtomicU32::new(0),
         };
         let interpreter = place(ctx.local.interpreter_place, || {
             Interpreter::with_storage(identity, &defaults, &found)
@@ -174,7 +175,7 @@ mod app {
     }
 
     /// The tick.
-    #[task(binds = TIM5, priority = 3, shared = [&idle_alive],
+    #[task(binds = TIM5, priority = 3, shared = [&tick_end],
         local = [controller, sensors, timer, clock, watchdog, heartbeat, requests, events, snapshots])]
     fn control(ctx: control::Context) {
         let now: Instant = ctx.local.clock.now();
@@ -197,7 +198,8 @@ mod app {
                 .snapshots
                 .replace_with(|snapshot| controller.update_snapshot(snapshot));
         }
-        let idle_alive = ctx.shared.idle_alive.swap(false, Ordering::Relaxed);
+        let elapsed = ctx.local.timer.elapsed();
+        let idle_alive = ctx.shared.tick_end.swap(elapsed, Ordering::Relaxed) == 0;
         if ctx.local.heartbeat.beat(idle_alive) {
             ctx.local.watchdog.feed();
         }
@@ -210,7 +212,7 @@ mod app {
         ctx.local.inbox.put(byte, lost);
     }
 
-    #[idle(shared = [&idle_alive],
+    #[idle(shared = [&tick_end],
         local = [atlas: Atlas = Atlas::new(), desk, interpreter, store, transmitter, leds, logged, to_controller, from_controller, known, bytes])]
     #[inline(never)]
     fn idle(ctx: idle::Context) -> ! {
@@ -229,7 +231,10 @@ mod app {
             ..
         } = ctx.local;
         loop {
-            ctx.shared.idle_alive.store(true, Ordering::Relaxed);
+            let elapsed = ctx.shared.tick_end.swap(0, Ordering::Relaxed);
+            if elapsed != 0 {
+                interpreter.note_tick_load(board::share_of_period(elapsed));
+            }
             // First, so that the events that led to it are all there: they are told before a reply shows what they did.
             let snapshot = known.take();
             while let Some(event) = from_controller.dequeue() {

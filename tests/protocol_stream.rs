@@ -126,6 +126,28 @@ fn telemetry_never_splits_a_reply() {
 }
 
 #[test]
+fn the_tick_load_is_the_largest_since_the_last_line() {
+    let mut rig = Rig::new();
+    rig.ok("Stream 0.01 t tick_load");
+    rig.unsolicited();
+    let mut heard = Vec::new();
+    // In each period of the stream: what the ticks took.
+    for shares in [&[][..], &[0.05, 0.5, 0.1], &[f32::NAN, 0.25], &[1.5, 0.0]] {
+        for share in shares {
+            rig.note_tick_load(*share);
+        }
+        rig.run(0.01);
+        let lines = rig.unsolicited();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        heard.push(lines[0].split(' ').next_back().unwrap().to_owned());
+    }
+    // Not measured, or not at all since: no number, and never an old one.
+    assert_eq!(heard, ["-", "0.500", "0.250", "1.500"]);
+    rig.run(0.01);
+    assert!(rig.unsolicited()[0].ends_with(" -"));
+}
+
+#[test]
 fn telemetry_is_dropped_when_nobody_listens_but_replies_and_events_are_not() {
     let mut rig = Rig::new();
     rig.ok("Stream 0.01 t dropped");

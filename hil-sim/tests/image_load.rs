@@ -80,3 +80,58 @@ fn a_minute_at_full_load() {
     assert!(answered > 2000, "{answered} lines");
     assert!(client.base.plant().pose()[2] > 10.0, "it did not drive");
 }
+
+/// Cycles of the processor in a period of the tick.
+const CYCLES: f64 = 168e3;
+/// An instruction takes one cycle at least, and on average not more than three.
+const CYCLES_EACH: [f64; 2] = [1.0, 3.0];
+/// Instructions of the handler behind the one that looks at the timer.
+const BEHIND: f64 = 60.0;
+
+#[test]
+fn the_tick_load_is_what_the_ticks_take() {
+    let mut base = emulated(&Setup::default());
+    base.count(false).unwrap();
+    let mut client = Client::new(base);
+    client.wait_for("! boot", 100);
+    assert_eq!(client.ask("Stream 0.05 t tick_load"), "OK");
+    assert_eq!(client.ask("m 0.2 0.3"), "OK");
+    assert_eq!(client.ask("t 90 60"), "OK");
+    client.run(2500);
+    let counts = client.base.counts().unwrap();
+    let rows: Vec<[f64; 2]> = client
+        .lines
+        .iter()
+        .filter_map(|(_, line)| {
+            let mut words = line.strip_prefix("~ ")?.split(' ');
+            let mut number = || words.next()?.parse().ok();
+            Some([number()?, number()?])
+        })
+        .collect();
+    assert!(rows.len() > 40, "{} lines", rows.len());
+    // The first line has no beginning.
+    for pair in rows.windows(2) {
+        let [[from, _], [to, load]] = [pair[0], pair[1]];
+        let most = counts.starts.iter().zip(&counts.ticks);
+        // The emulated clock runs from the reset, the base's from its first tick: a few ms more on either side hold what may be meant.
+        let within = |start: u64, margin: f64| {
+            let t = start as f64 * 1e-9;
+            t > from - margin && t < to + margin
+        };
+        let largest = |margin: f64| {
+            let counted = most.clone().filter(|(start, _)| within(**start, margin));
+            counted.map(|(_, count)| *count as f64).fold(0.0, f64::max)
+        };
+        let low = (largest(-0.01) - BEHIND) * CYCLES_EACH[0] / CYCLES;
+        let high = largest(0.1) * CYCLES_EACH[1] / CYCLES;
+        assert!(
+            (low - 5e-4..=high).contains(&load),
+            "{load} is not within {low} and {high} at {to} s"
+        );
+    }
+    let most = rows.iter().map(|row| row[1]).fold(0.0, f64::max);
+    println!(
+        "tick_load up to {most}, of {} instructions",
+        counts.maximum()
+    );
+}

@@ -273,6 +273,19 @@ impl Ticker {
     pub fn acknowledge(&mut self) {
         self.0.clear_flags(timer::Flag::Update);
     }
+
+    /// Steps of the timer since the tick was due.
+    pub fn elapsed(&self) -> u32 {
+        // SAFETY: only read, which has no effect; the HAL's counter does not offer it.
+        unsafe { (*pac::TIM5::ptr()).cnt().read().bits() }
+    }
+}
+
+/// What share of the tick's period so many steps of its timer are.
+pub fn share_of_period(steps: u32) -> f32 {
+    // SAFETY: only read, which has no effect; it is written once, at the start.
+    let last = unsafe { (*pac::TIM5::ptr()).arr().read().bits() };
+    steps as f32 / (last as f32 + 1.0)
 }
 
 /// The three LEDs.

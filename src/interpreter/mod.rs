@@ -300,6 +300,12 @@ impl Interpreter {
         }
     }
 
+    /// Notes the share of its period (0 to 1, or more if it was late) that a tick took, where that can be measured: the telemetry field `tick_load` tells the
+    /// largest since its last line.
+    pub fn note_tick_load(&mut self, share: f32) {
+        self.stream.note_tick_load(share);
+    }
+
     // Each line is written in a function of its own, so that the deepest stack has room for one of them only.
 
     #[inline(never)]

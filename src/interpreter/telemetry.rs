@@ -32,7 +32,7 @@ fields! {
     LeftSpeed "left_speed"; RightSpeed "right_speed";
     LeftDuty "left_duty"; RightDuty "right_duty";
     Battery "battery"; LeftCurrent "left_current"; RightCurrent "right_current";
-    Steering "steer"; FaultName "fault"; Dropped "dropped";
+    Steering "steer"; FaultName "fault"; Dropped "dropped"; TickLoad "tick_load";
 }
 
 /// The fields of a telemetry line; none means the default ones.
@@ -90,6 +90,8 @@ pub struct Stream {
     fields: Fields,
     /// Lines that found no room.
     pub dropped: u32,
+    /// The largest share of its period that a tick took since the last line, if anybody measures it.
+    tick_load: Option<f32>,
 }
 
 impl Stream {
@@ -120,22 +122,29 @@ impl Stream {
         due
     }
 
-    /// Writes a line.
-    pub fn write(&self, text: &mut Text, snapshot: &Snapshot) {
+    /// Notes the share of its period that a tick took. What is not finite is left out.
+    pub fn note_tick_load(&mut self, share: f32) {
+        if share.is_finite() {
+            self.tick_load = Some(self.tick_load.map_or(share, |load| load.max(share)));
+        }
+    }
+
+    /// Writes a line. The ticks before it are not told again.
+    pub fn write(&mut self, text: &mut Text, snapshot: &Snapshot) {
+        let tick_load = self.tick_load.take();
         let estimate = snapshot.estimator.present();
         let c = &estimate.covariance;
         let (translation, rotation) = (&snapshot.translation, &snapshot.rotation);
         let [left, right] = &snapshot.wheels;
-        let metres = |text: &mut Text, x: f32| {
-            text.fixed(f64::from(x), 6);
+        let fixed = |text: &mut Text, x: f64, decimals| {
+            text.fixed(x, decimals);
         };
-        let degrees = |text: &mut Text, x: f64| {
-            text.fixed(x * DEGREES, 5);
-        };
+        let metres = |text: &mut Text, x: f32| fixed(text, f64::from(x), 6);
+        let degrees = |text: &mut Text, x: f64| fixed(text, x * DEGREES, 5);
         // Where there is no sensor there is no number, but a line keeps its columns.
-        let amperes = |text: &mut Text, current: Option<f32>| {
-            match current {
-                Some(current) => text.fixed(f64::from(current), 3),
+        let measured = |text: &mut Text, value: Option<f32>| {
+            match value {
+                Some(value) => text.fixed(f64::from(value), 3),
                 None => text.word("-"),
             };
         };
@@ -143,15 +152,9 @@ impl Stream {
         for field in self.fields.list() {
             let mark = text.mark();
             match field {
-                Field::Time => {
-                    text.fixed(snapshot.time.ticks() as f64 * 1e-6, 3);
-                }
-                Field::X => {
-                    text.fixed(estimate.pose.x, 6);
-                }
-                Field::Y => {
-                    text.fixed(estimate.pose.y, 6);
-                }
+                Field::Time => fixed(text, snapshot.time.ticks() as f64 * 1e-6, 3),
+                Field::X => fixed(text, estimate.pose.x, 6),
+                Field::Y => fixed(text, estimate.pose.y, 6),
                 Field::Theta => heading(text, estimate.pose.theta),
                 Field::Cxx => {
                     text.scientific(c.m11);
@@ -175,12 +178,8 @@ impl Stream {
                 Field::SpeedRef => metres(text, translation.reference_speed),
                 Field::TurnSpeed => degrees(text, f64::from(rotation.speed)),
                 Field::TurnSpeedRef => degrees(text, f64::from(rotation.reference_speed)),
-                Field::S => {
-                    text.fixed(translation.displacement.to_f64(), 6);
-                }
-                Field::SRef => {
-                    text.fixed(translation.reference(), 6);
-                }
+                Field::S => fixed(text, translation.displacement.to_f64(), 6),
+                Field::SRef => fixed(text, translation.reference(), 6),
                 Field::Alpha => degrees(text, rotation.displacement.to_f64()),
                 Field::AlphaRef => degrees(text, rotation.reference()),
                 Field::MoveState => {
@@ -197,26 +196,19 @@ impl Stream {
                 }
                 Field::LeftSpeed => metres(text, left.speed),
                 Field::RightSpeed => metres(text, right.speed),
-                Field::LeftDuty => {
-                    text.fixed(f64::from(left.duty), 4);
-                }
-                Field::RightDuty => {
-                    text.fixed(f64::from(right.duty), 4);
-                }
-                Field::Steering => {
-                    text.fixed(f64::from(snapshot.steering()) * DEGREES, 4);
-                }
-                Field::Battery => {
-                    text.fixed(f64::from(snapshot.supply), 3);
-                }
-                Field::LeftCurrent => amperes(text, snapshot.currents[0]),
-                Field::RightCurrent => amperes(text, snapshot.currents[1]),
+                Field::LeftDuty => fixed(text, f64::from(left.duty), 4),
+                Field::RightDuty => fixed(text, f64::from(right.duty), 4),
+                Field::Steering => fixed(text, f64::from(snapshot.steering()) * DEGREES, 4),
+                Field::Battery => fixed(text, f64::from(snapshot.supply), 3),
+                Field::LeftCurrent => measured(text, snapshot.currents[0]),
+                Field::RightCurrent => measured(text, snapshot.currents[1]),
                 Field::FaultName => {
                     text.word(snapshot.fault.map_or("none", |fault| fault.name()));
                 }
                 Field::Dropped => {
                     text.integer(i64::from(self.dropped));
                 }
+                Field::TickLoad => measured(text, tick_load),
             }
             if text.is_full() {
                 text.cut(mark);

@@ -232,6 +232,11 @@ impl Rig {
         self.interpreter.can_receive()
     }
 
+    /// A tick took this share of its period.
+    pub fn note_tick_load(&mut self, share: f32) {
+        self.interpreter.note_tick_load(share);
+    }
+
     /// The interpreter does what it can; nothing is handed over yet.
     pub(crate) fn poll_only(&mut self) {
         self.interpreter.poll(&mut self.desk, &mut self.atlas);

@@ -5,7 +5,7 @@ use vehicle_controller::params::{Id, Params};
 use super::codes::{Codes, Doubts};
 use super::find;
 
-const FIELDS: [&str; 31] = [
+const FIELDS: [&str; 32] = [
     "t",
     "x",
     "y",
@@ -37,6 +37,7 @@ const FIELDS: [&str; 31] = [
     "right_current",
     "fault",
     "dropped",
+    "tick_load",
 ];
 
 /// What follows a keyword, and what is wrong with it.
