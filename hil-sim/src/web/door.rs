@@ -8,8 +8,8 @@ use axum::Router;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Request, State};
 use axum::http::header::{
-    CACHE_CONTROL, CONTENT_SECURITY_POLICY, HOST, HeaderName, HeaderValue, ORIGIN, REFERRER_POLICY,
-    X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
+    CACHE_CONTROL, CONNECTION, CONTENT_SECURITY_POLICY, HOST, HeaderName, HeaderValue, ORIGIN,
+    REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS, X_FRAME_OPTIONS,
 };
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
@@ -58,11 +58,16 @@ pub fn router(house: House) -> Router {
 
 /// What is looked at before anything else: by which name the server was asked for, and which page asks.
 async fn look(State(door): State<Door>, request: Request, next: Next) -> Response {
-    let host = match admit(&door.house.names, &request) {
-        Ok(host) => host,
-        Err((status, why)) => return (status, why).into_response(),
+    let admitted = admit(&door.house.names, &request);
+    let mut response = match &admitted {
+        Ok(_) => next.run(request).await,
+        Err(refusal) => (*refusal).into_response(),
     };
-    let mut response = next.run(request).await;
+    let headers = response.headers_mut();
+    // One request for each connection: none stays open that has nothing to say. A WebSocket's answer has this header already.
+    headers
+        .entry(CONNECTION)
+        .or_insert(HeaderValue::from_static("close"));
     let fixed = [
         (X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (X_FRAME_OPTIONS, "DENY"),
@@ -73,12 +78,13 @@ async fn look(State(door): State<Door>, request: Request, next: Next) -> Respons
             "same-origin",
         ),
     ];
-    let headers = response.headers_mut();
     for (name, value) in fixed {
         headers.insert(name, HeaderValue::from_static(value));
     }
     // The name was found to be one of ours, which has nothing that a header may not.
-    if let Ok(policy) = HeaderValue::from_str(&door.house.page.policy(&host)) {
+    if let Ok(host) = admitted
+        && let Ok(policy) = HeaderValue::from_str(&door.house.page.policy(&host))
+    {
         headers.insert(CONTENT_SECURITY_POLICY, policy);
     }
     response

@@ -44,7 +44,9 @@ impl Streams {
     pub fn heard(&mut self, line: &str) {
         // A boot may follow what the last one was about to say, in the same line.
         if line.contains("! boot ") {
-            *self = Self::default();
+            self.accepted = None;
+            // Some may still be on their way and be answered yet; without a tag nobody knows which.
+            self.waiting.retain(|waiting| waiting.tag.is_some());
             return;
         }
         if line.starts_with(['!', '~']) {
@@ -145,7 +147,12 @@ mod tests {
         let mut streams = Streams::default();
         streams.sent("@1 Stream 0.1");
         streams.heard("@1 OK");
+        streams.sent("@2 Stream 0.2");
+        streams.sent("Stream 0.3");
         streams.heard("~ 1.2 3! boot power-on");
+        streams.heard("OK");
+        assert_eq!(told(&streams), ["@2 Stream 0.2"], "it may be answered yet");
+        streams.heard("@2 ERR syntax");
         assert!(told(&streams).is_empty());
     }
 
