@@ -49,8 +49,20 @@ pub trait Base {
     /// If the simulation cannot go on.
     fn cut_flash(&mut self, bytes: u64) -> Result<()>;
 
+    /// The board's power fails and comes back; what is broken stays so.
+    ///
+    /// # Errors
+    /// If the simulation cannot go on.
+    fn power_cycle(&mut self) -> Result<()>;
+
     /// The simulated time.
     fn now(&self) -> Instant;
+
+    /// The controller's own clock, s: that of its telemetry. It begins anew with each start of the board.
+    ///
+    /// # Errors
+    /// If what the controller knows cannot be read.
+    fn clock(&self) -> Result<f64>;
 
     /// The truth.
     fn plant(&self) -> &Plant;
@@ -114,8 +126,16 @@ impl Base for Rig {
         Ok(())
     }
 
+    fn power_cycle(&mut self) -> Result<()> {
+        Rig::power_cycle(self)
+    }
+
     fn now(&self) -> Instant {
         Rig::now(self)
+    }
+
+    fn clock(&self) -> Result<f64> {
+        Ok(self.snapshot().time.ticks() as f64 * 1e-6)
     }
 
     fn plant(&self) -> &Plant {

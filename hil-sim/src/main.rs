@@ -10,6 +10,7 @@ mod run;
 mod soaking;
 mod trace_file;
 mod umbmarking;
+mod web;
 
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Parser, Subcommand};
@@ -22,11 +23,13 @@ use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
 use hil_sim::script::Script;
 use hil_sim::trace;
+use std::ffi::OsStr;
 use std::io::Write;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trace_file::TraceFile;
+use web::Served;
 
 /// A simulated robot base: the real vehicle controller on simulated motors, battery, tyres and encoders.
 #[derive(Parser)]
@@ -40,7 +43,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Drive the base from this terminal, from a pseudo-terminal or over TCP, in real time
+    /// Drive the base from this terminal, from a page in a browser, from a pseudo-terminal or over TCP, in real time
     Drive(Drive),
     /// Run a script of `<seconds> <protocol line>` lines; prints `<seconds>\t<line>` for each line the base sends
     Run(Run),
@@ -100,6 +103,18 @@ struct Drive {
     /// Offer the serial line as a TCP port on loopback
     #[arg(long, value_name = "127.0.0.1:PORT", value_parser = parse_address)]
     tcp: Option<SocketAddr>,
+    /// Offer a page that shows the base and drives it
+    #[arg(
+        long,
+        value_name = "127.0.0.1:PORT",
+        num_args = 0..=1,
+        default_missing_value = "127.0.0.1:8080",
+        conflicts_with_all = ["pty", "tcp"]
+    )]
+    web: Option<web::Address>,
+    /// Let others than this computer have the page: whoever reaches it can drive the base
+    #[arg(long, requires = "web")]
+    web_allow_remote: bool,
 }
 
 #[derive(Args)]
@@ -244,14 +259,26 @@ fn emulated(_: &Path, _: &Robot, _: u64) -> Result<Box<dyn Base>> {
 
 fn drive_command(drive: &Drive) -> Result<()> {
     let mut base = drive.base.power_up()?;
-    let far = match drive.tcp {
-        Some(address) => Far::Tcp(address),
-        None if drive.pty => Far::Pty,
-        None => Far::Terminal,
+    let far = match (&drive.web, drive.tcp) {
+        (Some(address), _) => Far::Web(address.clone(), drive.web_allow_remote),
+        (None, Some(address)) => Far::Tcp(address),
+        (None, None) if drive.pty => Far::Pty,
+        (None, None) => Far::Terminal,
     };
     let trace = TraceFile::create(drive.base.trace.as_deref(), false, 0.01)?;
-    let vehicle = Robot::load(&drive.base.robot)?.params.vehicle();
-    console::drive(base.as_mut(), vehicle, &far, drive.speed, trace)
+    let served = Served {
+        robot: &Robot::load(&drive.base.robot)?,
+        name: robot_name(&drive.base.robot),
+        image: drive.base.image.is_some(),
+        speed: drive.speed,
+    };
+    console::drive(base.as_mut(), &served, &far, trace)
+}
+
+/// A preset's name, or that of a robot's file without its folder, which is nobody else's business.
+fn robot_name(robot: &str) -> &str {
+    let stem = Path::new(robot).file_stem().and_then(OsStr::to_str);
+    stem.unwrap_or(robot)
 }
 
 fn run_command(run: &Run) -> Result<()> {

@@ -78,7 +78,7 @@ pub fn open(vehicle: Kind) -> Result<Port> {
     let mut printer = editor.create_external_printer()?;
     let (sender, input) = mpsc::sync_channel(16);
     say(format_args!(
-        "Type commands: m 1, t 90, GetEstPos, Help. Tab completes, Ctrl-C stops the base, Ctrl-D leaves."
+        "Type commands: m 1, t 90, GetEstPos, Help. Tab completes, Ctrl-C stops the base, Ctrl-D leaves.\nWith --web you see it drive, in a browser."
     ))?;
     std::thread::spawn(move || {
         loop {
@@ -111,6 +111,8 @@ pub fn open(vehicle: Kind) -> Result<Port> {
             Ok(())
         }),
         impatient: false,
+        max_on_the_way: usize::MAX,
+        beside: None,
     })
 }
 

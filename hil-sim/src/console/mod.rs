@@ -1,4 +1,4 @@
-//! `drive`: the simulated base in real time, with a terminal, a pseudo-terminal or a TCP client at its serial line.
+//! `drive`: the simulated base in real time, with a terminal, a pseudo-terminal, a TCP client or pages in browsers at its serial line.
 
 mod line_editor;
 #[cfg(unix)]
@@ -7,6 +7,7 @@ mod stdio;
 mod tcp;
 
 use crate::trace_file::TraceFile;
+use crate::web::{self, Served};
 use anyhow::{Context, Result};
 use hil_sim::base::Base;
 use hil_sim::rig::PERIOD;
@@ -16,7 +17,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
-use vehicle_controller::vehicle::Kind;
 
 /// The far end of the base's serial line.
 pub struct Port {
@@ -26,10 +26,17 @@ pub struct Port {
     pub output: Output,
     /// The far end does not wait for replies: lines are held back so that no more than the base can take are unanswered.
     pub impatient: bool,
+    /// While more bytes than this are on their way to the base, no more are taken.
+    pub max_on_the_way: usize,
+    /// What goes on beside the serial line.
+    pub beside: Option<Beside>,
 }
 
 /// Takes bytes that the base sends.
 pub type Output = Box<dyn FnMut(&[u8]) -> Result<()>>;
+
+/// Looks at the base between two ticks, and may meddle with it.
+pub type Beside = Box<dyn FnMut(&mut dyn Base) -> Result<()>>;
 
 /// Who is at the serial line.
 pub enum Far {
@@ -39,6 +46,8 @@ pub enum Far {
     Pty,
     /// A TCP client.
     Tcp(SocketAddr),
+    /// Pages in browsers: where, and whether others than this computer may have them.
+    Web(web::Address, bool),
 }
 
 /// How fast simulated time passes.
@@ -65,24 +74,26 @@ impl std::str::FromStr for Speed {
 /// Runs until the far end leaves, and the base then rests; or until the process is told to end.
 pub fn drive(
     base: &mut dyn Base,
-    vehicle: Kind,
+    served: &Served<'_>,
     far: &Far,
-    speed: Speed,
     mut trace: Option<TraceFile>,
 ) -> Result<()> {
     let told_to_end = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&told_to_end);
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
     let mut port = match far {
-        Far::Terminal if std::io::stdin().is_terminal() => line_editor::open(vehicle)?,
+        Far::Terminal if std::io::stdin().is_terminal() => {
+            line_editor::open(served.robot.params.vehicle())?
+        }
         Far::Terminal => stdio::open(),
         #[cfg(unix)]
         Far::Pty => pty::open()?,
         #[cfg(not(unix))]
         Far::Pty => anyhow::bail!("this system has no pseudo-terminals: use --tcp"),
         Far::Tcp(address) => tcp::open(*address)?,
+        Far::Web(address, allow_remote) => web::open(address, *allow_remote, served)?,
     };
-    let mut pace = Pace::new(speed);
+    let mut pace = Pace::new(served.speed);
     let mut leaving = Leaving::default();
     let mut flow = Flow::default();
     loop {
@@ -101,7 +112,7 @@ pub fn drive(
                 return trace.map_or(Ok(()), TraceFile::finish);
             }
         }
-        while !port.impatient || flow.is_open() {
+        while (!port.impatient || flow.is_open()) && base.backlog() <= port.max_on_the_way {
             match port.input.try_recv() {
                 Ok(bytes) => {
                     flow.sent(&bytes);
@@ -116,6 +127,9 @@ pub fn drive(
         }
         // What the far end could not take before, it may take now.
         (port.output)(&[])?;
+        if let Some(beside) = &mut port.beside {
+            beside(base)?;
+        }
         if told_to_end.load(Ordering::Relaxed) {
             return trace.map_or(Ok(()), TraceFile::finish);
         }
@@ -124,7 +138,7 @@ pub fn drive(
 }
 
 /// Writes a line to standard output.
-fn say(line: std::fmt::Arguments<'_>) -> Result<()> {
+pub fn say(line: std::fmt::Arguments<'_>) -> Result<()> {
     writeln!(std::io::stdout(), "{line}").context("standard output")
 }
 

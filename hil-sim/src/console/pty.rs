@@ -71,5 +71,7 @@ pub fn open() -> Result<Port> {
             Ok(())
         }),
         impatient: false,
+        max_on_the_way: usize::MAX,
+        beside: None,
     })
 }

@@ -30,5 +30,7 @@ pub fn open() -> Port {
             stdout.flush().context("standard output")
         }),
         impatient: true,
+        max_on_the_way: usize::MAX,
+        beside: None,
     }
 }

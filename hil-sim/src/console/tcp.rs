@@ -73,5 +73,7 @@ pub fn open(address: SocketAddr) -> Result<Port> {
             Ok(())
         }),
         impatient: false,
+        max_on_the_way: usize::MAX,
+        beside: None,
     })
 }

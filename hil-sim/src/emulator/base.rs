@@ -298,8 +298,21 @@ impl Base for ImageBase {
         })
     }
 
+    /// The board is without power to the next tick.
+    fn power_cycle(&mut self) -> Result<()> {
+        self.core.hold(|held| {
+            held.observer.expect_reset();
+            let at = held.stop.at;
+            held.session.board_mut().part.lose_power(at);
+        })
+    }
+
     fn now(&self) -> Instant {
         self.now
+    }
+
+    fn clock(&self) -> Result<f64> {
+        Ok(self.known()?.t)
     }
 
     fn plant(&self) -> &Plant {

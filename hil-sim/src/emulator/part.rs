@@ -193,6 +193,13 @@ impl Part {
         self.models.adc[0].set_reference(supply_millivolts);
     }
 
+    /// Power fails, as it does in a write to the flash that is cut off.
+    pub(super) fn lose_power(&mut self, at: VirtualNanos) {
+        self.flash.lost_power = true;
+        let (_, mut context) = self.bus.drive(at, self.slots.flash);
+        context.request_power(false);
+    }
+
     /// Power comes back, if it was lost; whether it was.
     pub(super) fn restore_power(&mut self, at: VirtualNanos) -> bool {
         let lost = std::mem::take(&mut self.flash.lost_power);
