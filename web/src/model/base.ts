@@ -6,6 +6,7 @@ import { keywordOf, wordsOf } from "../protocol/command.ts";
 import { unwrap } from "../protocol/line.ts";
 import { estPos, gains, type List, ListReader, type MapRow, param, status } from "../protocol/replies.ts";
 import { looksLike, OLDER_STREAM, OWN_STREAM, type Stream, sameStream, streamOf } from "../protocol/telemetry.ts";
+import type { FaultChange } from "./faults.ts";
 import { layout } from "./layout.ts";
 import type { AxisState, Estimate, Gains, Geometry, MapSketch, PlannedPath, Pose, Status, Topic } from "./model.ts";
 import { STATES } from "./model.ts";
@@ -15,6 +16,7 @@ import { geometryOf } from "./shape.ts";
 
 const MAX_ESTIMATES = 4000;
 const MAX_GAINS = 2000;
+const MAX_FAULTS = 1000;
 /** Tags whose commands are remembered: more than can be unanswered. */
 const MAX_ASKED = 64;
 const IDLE: PlannedPath = { mode: "idle", postures: [] };
@@ -42,6 +44,8 @@ export class Base {
   readonly parameters = new Parameters();
   estimates: Estimate[] = [];
   gains: Gains[] = [];
+  /** What was latched when. */
+  faults: FaultChange[] = [];
   status: Status | undefined;
   version: string | undefined;
   path: PlannedPath = IDLE;
@@ -82,6 +86,7 @@ export class Base {
     this.parameters.clear();
     this.estimates = [];
     this.gains = [];
+    this.faults = [];
     this.status = undefined;
     this.path = IDLE;
     this.map = undefined;
@@ -160,6 +165,7 @@ export class Base {
     if (outcome === "anew") {
       this.estimates = [];
       this.gains = [];
+      this.faults = [];
       this.#effects.anew();
     }
     this.#followStates();
@@ -183,7 +189,16 @@ export class Base {
     const { place, ...rest } = next;
     const wheels = place ?? (known?.fault === next.fault ? known.place : undefined);
     this.status = wheels === undefined ? rest : { ...rest, place: wheels };
+    this.#noteFault();
     this.#effects.changed("status");
+  }
+
+  /** For whoever looks back. */
+  #noteFault(): void {
+    const t = this.recorder.history.last;
+    if (!this.status || !Number.isFinite(t) || this.faults.at(-1)?.fault === this.status.fault) return;
+    const { fault, place } = this.status;
+    bounded(this.faults, { t, fault, ...(place && { place }) }, MAX_FAULTS);
   }
 
   #event(words: readonly string[]): void {
@@ -194,6 +209,7 @@ export class Base {
       const { place: _, ...rest } = known;
       const wheels = place === "left" || place === "right" || place === "both" ? place : undefined;
       this.status = { ...rest, fault: name, ...(wheels && { place: wheels }) };
+      this.#noteFault();
       this.#effects.changed("status");
       this.#effects.want("GetStatus");
     }

@@ -11,6 +11,7 @@ import { type Clock, every, clock as pageClock } from "../transport/clock.ts";
 import type { Opened, Transport } from "../transport/transport.ts";
 import { Base } from "./base.ts";
 import { Conversation } from "./conversation.ts";
+import { changeAt } from "./faults.ts";
 import { Meter } from "./meter.ts";
 import type { Alarm, Connection, Cursor, Model, Spoken, Topic } from "./model.ts";
 import { type Line, orders, ownStream } from "./orders.ts";
@@ -181,6 +182,11 @@ export class LiveModel implements Model {
 
   get mayDrive() {
     return this.#seat.role === "drive";
+  }
+
+  /** The fault that was latched at a time of the past, or `none`; undefined if that is not known. */
+  faultAt(t: number): string | undefined {
+    return changeAt(this.#base.faults, t)?.fault;
   }
 
   setCursor(t: number | undefined): void {

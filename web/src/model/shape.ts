@@ -3,8 +3,8 @@ import type { Geometry, Parameter } from "./model.ts";
 
 type Vehicle = Geometry["vehicle"];
 
-/** Drawn until the base has said what it is: a differential drive of the size of the default robot. */
-const UNKNOWN: Geometry = { vehicle: "differential", wheelBase: 0.3, track: 0.3, wheelDiameter: 0.1 };
+/** Drawn until the base has said what it is: a differential drive with a new base's parameters. */
+const UNKNOWN: Geometry = { vehicle: "differential", wheelBase: 0.2, track: 0.2, wheelDiameter: 0.084 };
 /** The body of a synchro drive is not in its parameters. */
 const SYNCHRO_TRACK = 0.3;
 
