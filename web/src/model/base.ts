@@ -19,6 +19,8 @@ const MAX_GAINS = 2000;
 const MAX_FAULTS = 1000;
 /** Tags whose commands are remembered: more than can be unanswered. */
 const MAX_ASKED = 64;
+/** The event, which may stand behind half a line that the reset has cut, and has no check if the base has forgotten that it needs one. */
+const BOOT = /! boot [\w-]+(\*[0-9A-Fa-f]{4})?$/;
 const IDLE: PlannedPath = { mode: "idle", postures: [] };
 const AFTER_PATH = new Set("goto follow chase stop estop disable move m turn t resetpos".split(" "));
 const AFTER_MAP = new Set("mark sight label freeway forgetmap".split(" "));
@@ -122,8 +124,13 @@ export class Base {
 
   /** A line of the base. */
   heard(line: string): Heard {
+    if (BOOT.test(line)) {
+      this.#event(["boot"]);
+      return "event";
+    }
     const { tag, body, check } = unwrap(line);
-    if (check === "bad" || (check === "none" && this.#needsCheck(body))) return this.#damage();
+    // While checks are required all lines have one.
+    if (check === "bad" || (check === "none" && this.parameters.all.get("require_crc")?.value === 1)) return this.#damage();
     if (body.startsWith("~")) return this.#row(body);
     if (body.startsWith("!")) {
       this.#event(body.slice(1).trim().split(/\s+/));
@@ -136,11 +143,6 @@ export class Base {
   /** More rows of a list are to come. */
   get isListing(): boolean {
     return this.#lists.left > 0;
-  }
-
-  /** While checks are required all lines have one; but a base that starts anew may have forgotten that they are. */
-  #needsCheck(body: string): boolean {
-    return this.parameters.all.get("require_crc")?.value === 1 && !/^! boot \S+$/.test(body);
   }
 
   #damage(): Heard {

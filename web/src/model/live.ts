@@ -64,6 +64,9 @@ export class LiveModel implements Model {
   #generation = 0;
   #forgetting = () => {};
   #looksAtGains = false;
+  /** When a reply was heard, and telemetry was missed. */
+  #repliedAt = Number.NEGATIVE_INFINITY;
+  #missedAt = Number.NEGATIVE_INFINITY;
   #warning = () => {};
   #ticking = () => {};
 
@@ -297,6 +300,7 @@ export class LiveModel implements Model {
     if (kind === "row") this.#client.touch();
     if (kind === "reply") {
       const { tag } = unwrap(line);
+      this.#repliedAt = this.#clock.elapsed();
       this.#speak("heard", line, this.#chatter.delete(tag));
       this.#client.heard(line);
     } else if (kind !== "telemetry" || !this.#base.streaming) {
@@ -358,6 +362,18 @@ export class LiveModel implements Model {
     this.#meter.tick(now, this.#transport.traffic);
     // Who looks elsewhere gives no signs of life: the base's deadman is in charge then.
     if (this.mayDrive && !this.#isHidden()) this.#polls.tick(now);
+    this.#missTelemetry(now);
+  }
+
+  /** A base that answers and has fallen silent otherwise was reset, and nobody has heard it say so. */
+  #missTelemetry(now: number): void {
+    const { stream } = this.#base.recorder;
+    if (!this.mayDrive || !stream || stream.period <= 0 || this.telemetryAt === 0) return;
+    const missed = this.#clock.now() - this.telemetryAt > 1000 * Math.max(1, 5 * stream.period);
+    if (!missed || now - this.#repliedAt > 500 || now - this.#missedAt < 3000) return;
+    this.#missedAt = now;
+    this.#note("telemetry has stopped: it is asked for again");
+    ownStream({ ask: (line) => this.#client.ask(line, { poll: true }) }).catch(() => {});
   }
 
   #makePolls(): Polls {
