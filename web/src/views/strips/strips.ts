@@ -1,5 +1,4 @@
 /** The strips: what the base does over time, in a column of charts with one time axis. */
-import "uplot";
 import { type Channel, type Model, STATES, type Topic } from "../../model/model.ts";
 import { button, h, setText, show } from "../dom.ts";
 import { readPalette, watchPalette } from "../theme.ts";
