@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::image::toolchain::Toolchain;
+use crate::page;
 use crate::run::{Session, succeeds};
 
 /// Something a machine may lack.
@@ -71,7 +72,29 @@ pub const LOGS: Need = Need {
     get: "put them into ../shared/data, or set VEHICLE_CONTROLLER_SHARED to their folder",
 };
 
-const NEEDS: [&Need; 6] = [&NEXTEST, &FIRMWARE_TARGET, &CXX, &PYTHON, &BASH, &LOGS];
+pub const PAGE: Need = Need {
+    name: "node, npm and Chromium",
+    present: |session| {
+        let tools = page::tools(session);
+        if let Err(error) = &tools {
+            println!("{error:#}");
+        }
+        tools.is_ok()
+    },
+    without: "the live page is neither checked nor built nor driven by a browser; what is in the repository is served",
+    get: "as above",
+};
+
+/// All of them.
+pub const NEEDS: &[&Need] = &[
+    &NEXTEST,
+    &FIRMWARE_TARGET,
+    &CXX,
+    &PYTHON,
+    &BASH,
+    &LOGS,
+    &PAGE,
+];
 
 /// Python 3 goes by another name on Windows.
 pub const PYTHON3: &str = if cfg!(windows) { "python" } else { "python3" };
@@ -84,11 +107,11 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Looks for everything once, and prints what there is.
-    pub fn look(session: &Session) -> Self {
+    /// Looks for these once, and prints what there is.
+    pub fn look(session: &Session, needs: &[&Need]) -> Self {
         println!("== this machine");
         let mut missing = Vec::new();
-        for need in NEEDS {
+        for need in needs {
             if (need.present)(session) {
                 println!("found    {}", need.name);
             } else {

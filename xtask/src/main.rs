@@ -1,10 +1,12 @@
 //! The project's chores: `cargo xtask test` is the whole verification, `cargo firmware` builds the image.
 
+mod debian;
 mod diff;
 mod fuzz;
 mod image;
 mod machine;
 mod mutants;
+mod page;
 mod pyserial;
 mod readme;
 mod run;
@@ -81,6 +83,10 @@ enum Chore {
     Mutants(mutants::Options),
     /// Drive at random for simulated hours, healthy and with faults, and see that nothing trips without cause and nothing moves that should not
     Soak(soak::Options),
+    /// The live page: its packages, its checks, its build, and a browser that drives a simulated base by it
+    Page,
+    /// Watch a base through the live page for an hour, in a browser: memory of both, and how long a frame takes
+    SoakPage(page::Soak),
 }
 
 fn main() -> ExitCode {
@@ -106,6 +112,8 @@ fn main() -> ExitCode {
         Chore::Fuzz(options) => finished(fuzz::run(&session, &options)),
         Chore::Mutants(options) => finished(mutants::run(&session, &options)),
         Chore::Soak(options) => finished(soak::run(&session, &options)),
+        Chore::Page => steps::run_page(&mut session),
+        Chore::SoakPage(options) => finished(page::soak(&session, &options)),
         Chore::Readme { file } => {
             let file = file.unwrap_or_else(|| session.root.join("README.md"));
             finished(readme::check(&session, &file))

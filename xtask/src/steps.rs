@@ -8,9 +8,11 @@ use clap::ValueEnum;
 use crate::image::toolchain::{self, Toolchain};
 use crate::image::vehicle::Vehicle;
 use crate::image::{self, Which};
-use crate::machine::{BASH, CXX, FIRMWARE_TARGET, LOGS, Machine, NEXTEST, Need, PYTHON};
+use crate::machine::{
+    BASH, CXX, FIRMWARE_TARGET, LOGS, Machine, NEEDS, NEXTEST, Need, PAGE, PYTHON,
+};
 use crate::run::{Outcome, Session};
-use crate::{fuzz, pyserial, readme, soak};
+use crate::{fuzz, page, pyserial, readme, soak};
 
 /// In this order: a later step finds the environment that an earlier one has set.
 const STEPS: &[Step] = &[
@@ -50,6 +52,10 @@ const STEPS: &[Step] = &[
             "--package vehicle-controller --no-default-features",
         )
     }),
+    call("page: packages", |session, _| page::packages(session)).needs(&PAGE),
+    call("page: checks", |session, _| page::checks(session)).needs(&PAGE),
+    call("page: built", |session, _| page::built(session)).needs(&PAGE),
+    call("page: end to end", |session, _| page::end_to_end(session)).needs(&PAGE),
     // Among the tests already; here it says so when there are none.
     cargo(
         "real logs",
@@ -221,15 +227,26 @@ impl Step {
     }
 }
 
-/// Runs every step, also after one has failed; whether none has.
+/// Runs every step; whether none has failed.
 pub fn run_all(session: &mut Session) -> bool {
-    let machine = Machine::look(session);
+    let machine = Machine::look(session, NEEDS);
+    run(session, &machine, |_| true)
+}
+
+/// Runs those of the live page; whether none has failed.
+pub fn run_page(session: &mut Session) -> bool {
+    let machine = Machine::look(session, &[&PAGE]);
+    run(session, &machine, |step| step.name.starts_with("page: "))
+}
+
+/// Runs the steps that are wanted, also after one has failed; whether none has.
+fn run(session: &mut Session, machine: &Machine, is_wanted: fn(&Step) -> bool) -> bool {
     let mut summary = Vec::new();
     let (mut passed, mut failed, mut skipped) = (0, 0, 0);
-    for step in STEPS {
+    for step in STEPS.iter().filter(|step| is_wanted(step)) {
         println!("\n== {}", step.name);
         let start = Instant::now();
-        let outcome = step.run(session, &machine).into();
+        let outcome = step.run(session, machine).into();
         let seconds = start.elapsed().as_secs_f64();
         match outcome {
             Outcome::Passed => passed += 1,

@@ -97,16 +97,16 @@ fn admit(names: &Names, request: &Request) -> Result<String, (StatusCode, &'stat
         "the simulator does not go by the name in Host\n",
     );
     let headers = request.headers();
-    let host = only(headers, &HOST).flatten().ok_or(elsewhere)?;
+    let host = only(headers, &HOST).ok().flatten().ok_or(elsewhere)?;
     let target = request.uri().authority().map_or(host, |name| name.as_str());
     if !names.include(host) || !names.include(target) {
         return Err(elsewhere);
     }
     let is_ours = match only(headers, &ORIGIN) {
-        Some(Some(origin)) => is_same_origin(origin, host),
+        Ok(Some(origin)) => is_same_origin(origin, host),
         // A person who types the address has no origin, but every page that opens a WebSocket has one.
-        Some(None) => request.uri().path() != SOCKET,
-        None => false,
+        Ok(None) => request.uri().path() != SOCKET,
+        Err(()) => false,
     };
     if !is_ours {
         return Err((
@@ -117,17 +117,14 @@ fn admit(names: &Names, request: &Request) -> Result<String, (StatusCode, &'stat
     Ok(host.to_owned())
 }
 
-/// The value of a header that may be there once; none if it is there more often, or not text.
-fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<Option<&'a str>> {
+/// The value of a header that may be there once; an error if it is there more often, or not text.
+fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>, ()> {
     let mut values = headers.get_all(name).iter();
     let first = values.next();
     if values.next().is_some() {
-        return None;
+        return Err(());
     }
-    match first {
-        Some(value) => value.to_str().ok().map(Some),
-        None => Some(None),
-    }
+    first.map(HeaderValue::to_str).transpose().map_err(drop)
 }
 
 async fn page(State(door): State<Door>) -> Html<String> {

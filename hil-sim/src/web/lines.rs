@@ -47,7 +47,7 @@ mod tests {
         assert!(is_line("\tm 1"));
         assert!(is_line(" "));
         assert!(is_line(&"x".repeat(255)));
-        for wrong in ["", "m 1\n", "m 1\r", "m\01", "m\x7f1", "m 1 °", "m\x1b[A"] {
+        for wrong in ["", "m 1\n", "m 1\r", "m\x001", "m\x7f1", "m 1 °", "m\x1b[A"] {
             assert!(!is_line(wrong), "{wrong:?}");
         }
         assert!(!is_line(&"x".repeat(256)));

@@ -35,7 +35,7 @@ impl PaceMeter {
     /// Simulated seconds in a second of the clock, over the last one; none before there are two samples.
     pub fn rate(&self) -> Option<f64> {
         let (from, to) = (self.samples.front()?, self.samples.back()?);
-        let took = (to.0 - from.0).as_secs_f64();
+        let took = to.0.saturating_sub(from.0).as_secs_f64();
         (took > 0.0).then(|| (to.1 - from.1) / took)
     }
 }

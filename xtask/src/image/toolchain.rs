@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Result, bail};
 
+use crate::debian;
 use crate::run::{Outcome, Session, capture, succeeds};
 
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -46,18 +47,12 @@ impl Toolchain {
         if succeeds(rustup, DOWNLOAD) && has_target(session) {
             return Ok(Self::Target);
         }
-        let install = format!("apt-get install --yes {PACKAGES}");
-        if !succeeds(session.command("apt-get", ["--version"]), PROBE) {
-            bail!("no Rust for {TARGET}: install it with `rustup target add {TARGET}`");
-        }
-        if !is_root(session) {
-            bail!("no Rust for {TARGET}, and rustup cannot add it: run `sudo {install}`");
-        }
-        // The lists of a fresh machine are old or missing; an update that fails may still leave good ones.
-        session.run(&mut session.command("apt-get", ["update", "--quiet=2"]))?;
-        let mut install = session.command("apt-get", install.split(' ').skip(1));
-        install.env("DEBIAN_FRONTEND", "noninteractive");
-        session.run(&mut install)?;
+        debian::install(
+            session,
+            PACKAGES,
+            &format!("no Rust for {TARGET}"),
+            &format!("install it with `rustup target add {TARGET}`"),
+        )?;
         match Self::present(session) {
             Some(toolchain) => Ok(toolchain),
             None => bail!("no Rust for {TARGET}: neither rustup nor apt-get could install it"),
@@ -92,10 +87,6 @@ fn has_target(session: &Session) -> bool {
 fn has_sources(session: &Session, library: &str) -> bool {
     let ask = session.command(DISTRIBUTION, ["--print", "sysroot"]);
     Path::new("/usr/bin/cargo").exists() && Path::new(library).is_dir() && succeeds(ask, PROBE)
-}
-
-fn is_root(session: &Session) -> bool {
-    capture(session.command("id", ["-u"]), PROBE).is_ok_and(|(_, id)| id.trim() == "0")
 }
 
 /// Compiles something for the board, in full view.
