@@ -126,7 +126,7 @@ export class WebSerialTransport implements Transport {
     }
     const { writable } = port;
     if (!this.#wanted || port !== this.#port || !writable) {
-      void shut(port, this.#clock);
+      void within(CLOSE_MS, this.#clock, port.close());
       return;
     }
     const session: Session = { port, splitter: new LineSplitter(), reader: undefined, writer: writable.getWriter(), lost: false };
@@ -230,7 +230,7 @@ export class WebSerialTransport implements Transport {
     this.#session = undefined;
     if (!session) return;
     session.lost = true;
-    this.#closing = within(CLOSE_MS, this.#clock, release(session));
+    this.#closing = release(session, this.#clock);
   }
 
   #onDisconnect = (event: Event): void => {
@@ -256,14 +256,10 @@ export class WebSerialTransport implements Transport {
   };
 }
 
-async function release(session: Session): Promise<void> {
-  const { reader, writer, port } = session;
-  await Promise.allSettled([reader?.cancel(), writer?.abort()]);
+/** Lets go of the port, whatever of it still answers: what hangs is left hanging, and the port is closed all the same. */
+async function release({ reader, writer, port }: Session, clock: Clock): Promise<void> {
+  await within(CLOSE_MS, clock, Promise.allSettled([reader?.cancel(), writer?.abort()]));
   writer?.releaseLock();
-  await port.close();
-}
-
-async function shut(port: SerialPort, clock: Clock): Promise<void> {
   await within(CLOSE_MS, clock, port.close());
 }
 
