@@ -8,7 +8,7 @@ import { beeper } from "./views/beep.ts";
 import * as calibration from "./views/calibration.ts";
 import * as connection from "./views/connection.ts";
 import * as talk from "./views/console/console.ts";
-import { h } from "./views/dom.ts";
+import { h, toggle } from "./views/dom.ts";
 import * as header from "./views/header.ts";
 import * as help from "./views/help.ts";
 import { bind } from "./views/keyboard.ts";
@@ -104,13 +104,17 @@ export function app(page: Window, sources: Sources): App {
     gains,
   ];
 
-  const panels = tabs.mount(place("desk"), "Desk", [
+  const tabList = [
     { name: "Console", panel: desk.console },
     { name: "Parameters", panel: desk.parameters },
     { name: "Calibration", panel: desk.calibration, shown: gains.shown },
     { name: "World", panel: desk.world },
     { name: "Connection", panel: desk.connection },
-  ]);
+  ];
+  const taller = toggle("Taller", false, (on) => place("main").classList.toggle("tall-desk", on), {
+    title: "More room for the desk, less for the top view",
+  });
+  const panels = tabs.mount(place("desk"), "Desk", tabList, taller);
   const offerWorld = () => panels.offer("World", shown() === live && live.world !== undefined);
   const offering = watch(live, ["world"], offerWorld);
   if (!sources.served) panels.select("Connection");

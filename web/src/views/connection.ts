@@ -17,6 +17,8 @@ export interface ConnectionOptions {
   readonly say: Say;
 }
 
+const FACTS = ["heard", "sent", "damaged lines", "unanswered", "base"] as const;
+
 export interface ConnectionView extends View {
   /** The log that is shown, if one is. */
   showsLog(name: string | undefined): void;
@@ -27,7 +29,8 @@ export function mount(element: HTMLElement, first: Model, options: ConnectionOpt
   let model = first;
   const { say } = options;
   const state = h("p", { role: "status" });
-  const facts = h("dl", { class: "facts" });
+  const cells = FACTS.map(() => h("dd"));
+  const facts = h("dl", { class: "facts" }, ...FACTS.map((name, at) => h("div", {}, h("dt", {}, name), " ", cells[at])));
   const act = (what: string, done: () => Promise<void>) => async () => {
     try {
       await done();
@@ -89,21 +92,16 @@ export function mount(element: HTMLElement, first: Model, options: ConnectionOpt
     setText(connect, idle ? "Connect over USB (Web Serial)…" : "Connect to another board…");
     show(disconnect, !options.served && !idle);
     show(without, !options.served && !options.serial);
-    const rows: readonly (readonly [string, string])[] = [
-      ["heard", rate(statistics.heardBytesPerSecond)],
-      ["sent", rate(statistics.sentBytesPerSecond)],
-      ["damaged lines", String(statistics.damagedLines)],
-      ["unanswered", String(statistics.unanswered)],
-      ["base", model.version ?? "not told yet"],
+    const values = [
+      rate(statistics.heardBytesPerSecond),
+      rate(statistics.sentBytesPerSecond),
+      String(statistics.damagedLines),
+      String(statistics.unanswered),
+      model.version ?? "not told yet",
     ];
     show(facts, !idle);
-    if (facts.childElementCount !== rows.length * 2) {
-      facts.replaceChildren(...rows.flatMap(([name]) => [h("dt", {}, name), h("dd")]));
-    }
-    rows.forEach(([, value], at) => {
-      const cell = facts.children[at * 2 + 1];
-      if (cell) setText(cell, open ? value : `${value} (before the connection was lost)`);
-    });
+    const old = open ? "" : " (before the connection was lost)";
+    cells.forEach((cell, at) => void setText(cell, `${values[at]}${old}`));
   };
   const base = watch(model, ["connection", "status"], (next) => {
     model = next;

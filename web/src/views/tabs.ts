@@ -14,7 +14,8 @@ export interface Tabs {
   offer(name: string, offered: boolean): void;
 }
 
-export function mount(element: HTMLElement, label: string, tabs: readonly Tab[]): Tabs {
+/** `extra` stands behind the tabs, and is none of them. */
+export function mount(element: HTMLElement, label: string, tabs: readonly Tab[], extra: HTMLElement): Tabs {
   const list = h("div", { class: "tabs", role: "tablist", "aria-label": label });
   const buttons = new Map<string, HTMLButtonElement>();
   let selected: string | undefined;
@@ -57,7 +58,7 @@ export function mount(element: HTMLElement, label: string, tabs: readonly Tab[])
     setAttribute(tab.panel, "aria-labelledby", id);
     tab.panel.hidden = true;
   }
-  element.replaceChildren(list, ...tabs.map((tab) => tab.panel));
+  element.replaceChildren(h("div", { class: "tab-row" }, list, extra), ...tabs.map((tab) => tab.panel));
   const first = tabs[0];
   if (first) select(first.name);
 

@@ -69,12 +69,21 @@ export function mount(element: HTMLElement, first: Model): Console {
   /** What the base has known so far: another base, another version or a connection made anew makes a new book. */
   let bookOf = "";
 
+  // The newest line stays in view until the user scrolls away from it, also when the log gets shorter since a banner has come.
+  let sticks = true;
   const atEnd = () => log.scrollHeight - log.scrollTop - log.clientHeight < 30;
   const follow = () => {
     log.scrollTop = log.scrollHeight;
     show(tail, false);
   };
-  log.addEventListener("scroll", () => show(tail, !atEnd()));
+  log.addEventListener("scroll", () => {
+    sticks = atEnd();
+    show(tail, !sticks);
+  });
+  const sizes = new ResizeObserver(() => {
+    if (sticks) follow();
+  });
+  sizes.observe(log);
 
   const rowOf = (line: Line) => {
     const [mark, spoken] = MARKS[line.direction];
@@ -95,7 +104,6 @@ export function mount(element: HTMLElement, first: Model): Console {
     const { spoken } = model;
     let at = last ? spoken.lastIndexOf(last) + 1 : 0;
     if (at >= spoken.length) return;
-    const end = atEnd();
     const rows: Node[] = [];
     for (; at < spoken.length; at += 1) {
       const next = spoken[at];
@@ -107,7 +115,7 @@ export function mount(element: HTMLElement, first: Model): Console {
     if (rows.length === 0) return;
     log.append(...rows.slice(-KEPT));
     while (log.childElementCount > KEPT) log.firstElementChild?.remove();
-    if (end) follow();
+    if (sticks) follow();
   };
 
   const known = () => ({
@@ -218,7 +226,10 @@ export function mount(element: HTMLElement, first: Model): Console {
 
   return {
     setModel: base.setModel,
-    destroy: base.destroy,
+    destroy: () => {
+      sizes.disconnect();
+      base.destroy();
+    },
     focus: () => field.focus(),
   };
 }
