@@ -116,7 +116,7 @@ export function mount(element: HTMLElement, first: Model): View {
     if (width < LEFT + RIGHT + 40) return;
     const open = lineStrips.filter((strip) => strip.open).length;
     const taken = all.length * HEAD + AXIS_HEIGHT + (statesStrip.open ? STATES_HEIGHT : 0) + 4;
-    const room = element.clientHeight - (root.offsetHeight - column.offsetHeight) - taken;
+    const room = element.clientHeight - notice.offsetHeight - staleness.offsetHeight - taken;
     const height = narrow.matches ? FREE_HEIGHT : Math.floor(Math.min(MOST_HEIGHT, Math.max(LEAST_HEIGHT, room / Math.max(1, open))));
     for (const { chart, open: isOpen } of lineStrips) if (isOpen) chart.resize(width, height);
     states.resize(width);
@@ -253,7 +253,7 @@ export function mount(element: HTMLElement, first: Model): View {
   });
   const sizes = new ResizeObserver(layout);
   sizes.observe(element);
-  sizes.observe(column);
+  for (const each of [column, notice, staleness]) sizes.observe(each);
   narrow.addEventListener("change", layout);
 
   const setModel = (next: Model) => {

@@ -38,52 +38,67 @@ export function label(
   ctx.fillText(text, px, py);
 }
 
-/** Lines at round distances, with what they are at the edges, and a bar for the scale. */
+/** Lines at round distances. */
 export function drawGrid({ ctx, view, palette }: Scene): void {
-  const step = roundLength(64 / view.scale);
-  const [left, bottom] = toWorld(view, 0, view.height);
-  const [right, top] = toWorld(view, view.width, 0);
-  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  const words = (at: number) => (Math.abs(at) < step / 2 ? "0" : at.toFixed(decimals).replace("-", "−"));
-  ctx.lineWidth = 1;
-  ctx.font = SMALL;
+  const { step, xs, ys } = gridLines(view);
   const lines = (zero: boolean) => {
     ctx.beginPath();
-    for (let n = Math.ceil(left / step); n * step <= right; n += 1) {
-      if ((n === 0) !== zero) continue;
-      const px = Math.round(toScreen(view, n * step, 0)[0]) + 0.5;
+    for (const x of xs) {
+      if (Math.abs(x) < step / 2 !== zero) continue;
+      const px = Math.round(toScreen(view, x, 0)[0]) + 0.5;
       ctx.moveTo(px, 0);
       ctx.lineTo(px, view.height);
     }
-    for (let n = Math.ceil(bottom / step); n * step <= top; n += 1) {
-      if ((n === 0) !== zero) continue;
-      const py = Math.round(toScreen(view, 0, n * step)[1]) + 0.5;
+    for (const y of ys) {
+      if (Math.abs(y) < step / 2 !== zero) continue;
+      const py = Math.round(toScreen(view, 0, y)[1]) + 0.5;
       ctx.moveTo(0, py);
       ctx.lineTo(view.width, py);
     }
     ctx.stroke();
   };
+  ctx.lineWidth = 1;
   ctx.strokeStyle = palette.grid;
   lines(false);
   ctx.strokeStyle = palette.muted;
   ctx.globalAlpha = 0.45;
   lines(true);
   ctx.globalAlpha = 1;
+}
+
+function gridLines(view: View): { step: number; xs: number[]; ys: number[] } {
+  const step = roundLength(64 / view.scale);
+  const [left, bottom] = toWorld(view, 0, view.height);
+  const [right, top] = toWorld(view, view.width, 0);
+  const between = (from: number, to: number) => {
+    const first = Math.ceil(from / step);
+    return Array.from({ length: Math.max(0, Math.floor(to / step) - first + 1) }, (_, index) => (first + index) * step);
+  };
+  return { step, xs: between(left, right), ys: between(bottom, top) };
+}
+
+/** What the grid's lines are, at the edges. */
+export function drawRulers({ ctx, view, palette }: Scene): void {
+  const { step, xs, ys } = gridLines(view);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const words = (at: number) => (Math.abs(at) < step / 2 ? "0" : at.toFixed(decimals).replace("-", "−"));
+  ctx.font = SMALL;
   ctx.fillStyle = palette.muted;
   ctx.textAlign = "center";
   ctx.textBaseline = "bottom";
-  for (let n = Math.ceil(left / step); n * step <= right; n += 1) {
-    const [px] = toScreen(view, n * step, 0);
-    if (px > 40 && px < view.width - 150) ctx.fillText(words(n * step), px, view.height - 3);
+  for (const x of xs) {
+    const [px] = toScreen(view, x, 0);
+    if (px > 40 && px < view.width - 150) ctx.fillText(words(x), px, view.height - 3);
   }
   ctx.textAlign = "left";
   ctx.textBaseline = "middle";
-  for (let n = Math.ceil(bottom / step); n * step <= top; n += 1) {
-    const [, py] = toScreen(view, 0, n * step);
-    if (py > 12 && py < view.height - 22) ctx.fillText(words(n * step), 4, py);
+  for (const y of ys) {
+    const [, py] = toScreen(view, 0, y);
+    if (py > 48 && py < view.height - 22) ctx.fillText(words(y), 4, py);
   }
 }
 
+/** A bar for the scale. */
 export function drawScaleBar(scene: Scene): void {
   const { ctx, view, palette } = scene;
   const length = roundLength(50 / view.scale);
@@ -287,11 +302,11 @@ function drawHeading(ctx: CanvasRenderingContext2D, px: number, py: number, thet
   ctx.stroke();
 }
 
-/** A sign in the middle of the upper edge, for what must not be overlooked. */
+/** A sign below the buttons, for what must not be overlooked. */
 export function drawSign({ ctx, view }: Scene, text: string, back: string, ink: string, line: number): void {
   ctx.font = `bold ${FONT}`;
   const width = ctx.measureText(text).width + 20;
-  const y = 8 + 28 * line;
+  const y = 46 + 28 * line;
   ctx.fillStyle = back;
   ctx.beginPath();
   ctx.roundRect((view.width - width) / 2, y, width, 24, 6);

@@ -1,11 +1,11 @@
 /** One frame of the top view: what is drawn, and over what. */
 import type { Model } from "../../model/model.ts";
 import { inkOn } from "../theme.ts";
-import { drawBase, drawDoubt, drawGoal, drawGrid, drawPlan, drawScaleBar, drawSign, type Scene } from "./draw.ts";
-import { drawMap } from "./drawmap.ts";
-import { drawTrail, SOLID, TRUE_DASH } from "./drawtrail.ts";
+import { drawBase, drawDoubt, drawGoal, drawPlan, drawRulers, drawScaleBar, drawSign, type Scene } from "./draw.ts";
+import { drawTail, SOLID, TRUE_DASH } from "./drawtrail.ts";
 import type { Point } from "./geometry.ts";
 import type { Dragged } from "./goal.ts";
+import type { Ground } from "./ground.ts";
 import { silhouette } from "./silhouette.ts";
 import { type Snapshot, STALE } from "./snapshot.ts";
 import type { Trail } from "./trail.ts";
@@ -15,35 +15,33 @@ export interface Ways {
   readonly truly: Trail;
 }
 
+export interface Giving {
+  readonly dragged: Dragged;
+  readonly words: string;
+}
+
 export function paint(
   scene: Scene,
+  ground: Ground,
   model: Model,
   shown: Snapshot,
-  ways: Ways,
-  goal: { dragged: Dragged; words: string } | undefined,
+  { estimated, truly }: Ways,
+  goal: Giving | undefined,
 ): void {
-  const { ctx, view, palette, ratio } = scene;
-  ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
-  ctx.fillStyle = palette.paper;
-  ctx.fillRect(0, 0, view.width, view.height);
-  drawGrid(scene);
-
-  // Of the map and of the path only the present state is known: in the past the one is pale, the other not there.
-  const present = !shown.past || model.kind === "log";
-  if (model.map) {
-    ctx.globalAlpha = present ? 1 : 0.4;
-    drawMap(scene, model.map);
-    ctx.globalAlpha = 1;
-  }
-
+  const { view, palette } = scene;
   const { history } = model;
   const until = history.pushed - history.length + shown.index;
   const stale = shown.age > STALE;
   const trueStale = shown.truthAge > STALE;
   const { pose, truth } = shown;
-  for (const way of [ways.truly, ways.estimated]) way.update(history, view.scale);
-  drawTrail(scene, ways.truly, until, end(truth), { colour: palette.true, width: 2, dash: TRUE_DASH });
-  drawTrail(scene, ways.estimated, until, end(pose), { colour: palette.est, width: 2, dash: SOLID });
+  const ways = [
+    { trail: truly, style: { colour: palette.true, width: 2, dash: TRUE_DASH }, at: truth },
+    { trail: estimated, style: { colour: palette.est, width: 2, dash: SOLID }, at: pose },
+  ];
+  for (const { trail } of ways) trail.update(history, view.scale);
+  // Of the map and of the path only the present state is known: in the past the one is pale, the other not there.
+  ground.draw(scene, model.map, !shown.past || model.kind === "log", ways, until);
+  for (const { trail, style, at } of ways) drawTail(scene, trail, until, end(at), style);
   if (!shown.past) drawPlan(scene, model.path, pose);
 
   const shape = silhouette(model.geometry, shown.motion, (model.parameters.get("rear_steered")?.value ?? 0) !== 0);
@@ -56,6 +54,7 @@ export function paint(
     drawBase(scene, truth, shape, { colour, fill: colour, wheels: colour, ghost: true });
   }
   if (goal) drawGoal(scene, goal.dragged, goal.words);
+  drawRulers(scene);
   drawScaleBar(scene);
   signs(scene, model, shown);
 }

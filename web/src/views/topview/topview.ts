@@ -5,6 +5,7 @@ import { MAX_PIXEL_RATIO, type Palette, readPalette, watchPalette } from "../the
 import { reason, refusal, type View as Shown } from "../view.ts";
 import { Extent, fit, follow, pan, toScreen, toWorld, type View, zoomAbout } from "./geometry.ts";
 import { type Dragged, GoalDrag, interrupts, type KeyGoal, keyed } from "./goal.ts";
+import { Ground } from "./ground.ts";
 import { bind } from "./input.ts";
 import { paint } from "./paint.ts";
 import { panel } from "./panel.ts";
@@ -45,6 +46,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
   /** The view was laid about the base once. */
   let placed = false;
   const ways = { estimated: new Trail("x", "y"), truly: new Trail("true_x", "true_y") };
+  const ground = new Ground();
   const drag = new GoalDrag();
   let byKeys: KeyGoal | undefined;
   /** A goal whose answer is awaited. */
@@ -80,7 +82,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     const goal = drag.dragged ?? keyDragged() ?? ordered;
     const words = drag.active ? "release to order, Esc cancels" : byKeys ? keyWords(byKeys) : ordered ? "asked for" : "";
     const ratio = canvas.width / view.width;
-    paint({ ctx: context, view, palette, ratio }, model, shown, ways, goal && { dragged: goal, words });
+    paint({ ctx: context, view, palette, ratio }, ground, model, shown, ways, goal && { dragged: goal, words });
     tell(shown);
     // A second later its age is another one, but a fresh one is stale within half of that.
     const wait = freshFor(shown) ?? (shown.age > 0 || shown.truthAge > 0 ? 1000 : undefined);

@@ -10,7 +10,7 @@ const FINE_TOLERANCE = 2.5e-4;
 /** Of the line that is drawn from the one that is kept, pixels. */
 const DRAWN_TOLERANCE = 0.4;
 /** Points of a piece that is drawn, or left out, as a whole. */
-const PIECE = 256;
+const PIECE = 64;
 /** What no base drives within a sample: the estimate was set anew there, and no way leads to it. */
 const JUMP = 0.3;
 const JUMP_SPEED = 5;

@@ -12,20 +12,20 @@ const fixed = (value: number, digits: number) => {
 export function statusWords(model: Model, shown: Snapshot): string {
   const { pose, doubt, truth } = shown;
   if (!pose) return model.kind === "log" ? "This log tells no pose." : "No pose was heard yet.";
-  const words = [`x ${fixed(pose.x, 3)} m, y ${fixed(pose.y, 3)} m, heading ${fixed(wrapDegrees(pose.theta), 1)}°`];
+  const words = [`x ${fixed(pose.x, 3)} m · y ${fixed(pose.y, 3)} m · heading ${fixed(wrapDegrees(pose.theta), 1)}°`];
   if (doubt) {
     const { position, heading } = deviations(doubt.covariance);
-    words.push(`σ ${lengthWords(position)} (along the longer axis), ${fixed(heading, 2)}°`);
+    words.push(`σ ${lengthWords(position)}, ${fixed(heading, 2)}°`);
   }
   if (truth && shown.truthAge <= STALE) {
     const off = Math.hypot(truth.x - pose.x, truth.y - pose.y);
-    words.push(`truly ${lengthWords(off)} and ${fixed(Math.abs(wrapDegrees(truth.theta - pose.theta)), 2)}° off`);
+    words.push(`truly ${lengthWords(off)}, ${fixed(Math.abs(wrapDegrees(truth.theta - pose.theta)), 2)}° off`);
   }
   if (shown.past) words.push(`as of ${fixed(shown.t ?? 0, 2)} s`);
   else if (model.path.mode === "path") words.push(`${model.path.postures.length} postures left`);
   else if (model.path.mode === "chase") words.push("chasing");
   if (shown.age > STALE) words.unshift("STALE");
-  return `${words.join(" · ")}`;
+  return words.join(" · ");
 }
 
 /** Why a click gives no order; undefined: it does. */
