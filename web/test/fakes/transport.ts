@@ -39,7 +39,11 @@ export class FakeTransport implements Transport {
     if (why) throw new Error(why);
     if (!this.isOpen) throw new Error("not open");
     this.sent.push(line);
-    for (const reply of this.base(line)) this.hear(reply);
+    const replies = this.base(line);
+    // No reply comes before its command has left.
+    queueMicrotask(() => {
+      for (const reply of replies) this.hear(reply);
+    });
   }
 
   sendWorld(message: string): void {
@@ -59,7 +63,7 @@ export class FakeTransport implements Transport {
   }
 
   hear(line: string): void {
-    this.#listener?.line(line);
+    if (this.isOpen) this.#listener?.line(line);
   }
 
   world(message: unknown): void {
