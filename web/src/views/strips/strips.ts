@@ -17,6 +17,8 @@ const TOPICS: readonly Topic[] = ["history", "cursor", "connection", "status"];
 /** At most 25 times a second, and not more often than something moves by half a pixel. */
 const LEAST_INTERVAL_MS = 40;
 const STALE_MS = 500;
+/** Drawn in one frame; a software renderer takes 1 to 2 ms for each. */
+const STRIPS_A_FRAME = 3;
 const HEAD = 24;
 const [LEAST_HEIGHT, MOST_HEIGHT, FREE_HEIGHT] = [52, 130, 76];
 /** Below this width the page scrolls, and the column is as high as it likes. */
@@ -129,27 +131,29 @@ export function mount(element: HTMLElement, first: Model): View {
   let timer: ReturnType<typeof setTimeout> | undefined;
   let frame = 0;
   const plotWidth = () => width - LEFT - RIGHT;
+  let again = false;
   const soon = () => {
-    if (timer !== undefined || frame !== 0) return;
+    if (timer !== undefined) return;
     const perPixel = shown ? ((shown.to - shown.from) * 1000) / Math.max(1, plotWidth()) : 0;
     const interval = Math.min(1000, Math.max(LEAST_INTERVAL_MS, perPixel / 2));
     timer = setTimeout(
       () => {
         timer = undefined;
-        frame = requestAnimationFrame(draw);
+        now();
       },
       Math.max(0, drawnAt + interval - performance.now()),
     );
   };
-  /** For what the user does: he waits for it. */
+  /** For what the user does: he waits for it. If strips are being drawn, they are drawn once more. */
   const now = () => {
     clearTimeout(timer);
     timer = undefined;
+    again = frame !== 0;
     if (frame === 0) frame = requestAnimationFrame(draw);
   };
   const draw = () => {
-    frame = 0;
     drawnAt = performance.now();
+    frame = 0;
     if (plotWidth() < 40) return;
     const { history, cursor } = model;
     const [oldest, newest] = [history.at("t", 0), history.at("t", history.length - 1)];
@@ -157,21 +161,35 @@ export function mount(element: HTMLElement, first: Model): View {
     pyramid.update(history);
     for (const each of [runs.move, runs.turn]) each.update(history);
     const step = timeStep(shown.to - shown.from, plotWidth(), 70);
-    const now: Frame = { stretch: shown, cursor: cursor.t, ticks: timeTicks(shown.from, shown.to, step) };
-    for (const strip of lineStrips) if (strip.open && strip.seen) drawLines(strip, now);
-    if (statesStrip.open && statesStrip.seen) {
-      const bands = (each: Runs) => each.bands(now.stretch.from, now.stretch.to, plotWidth());
-      states.draw(
-        [
-          { name: "move", bands: bands(runs.move) },
-          { name: "turn", bands: bands(runs.turn) },
-        ],
-        now,
-      );
-    }
-    axis.draw(now, step);
-    drawValues(now);
+    const next: Frame = { stretch: shown, cursor: cursor.t, ticks: timeTicks(shown.from, shown.to, step) };
+    axis.draw(next, step);
+    drawValues(next);
     tellAge();
+    drawSome(
+      all.filter((strip) => strip.open && strip.seen),
+      next,
+    );
+  };
+  /** A few strips now, the others in the frames that follow: none of them takes long. */
+  const drawSome = (strips: readonly Strip[], next: Frame) => {
+    for (const strip of strips.slice(0, STRIPS_A_FRAME)) {
+      const lines = lineStrips.find((each) => each === strip);
+      if (lines) drawLines(lines, next);
+      else drawStates(next);
+    }
+    const rest = strips.slice(STRIPS_A_FRAME);
+    frame = rest.length > 0 ? requestAnimationFrame(() => drawSome(rest, next)) : 0;
+    if (frame === 0 && again) now();
+  };
+  const drawStates = (next: Frame) => {
+    const bands = (each: Runs) => each.bands(next.stretch.from, next.stretch.to, plotWidth());
+    states.draw(
+      [
+        { name: "move", bands: bands(runs.move) },
+        { name: "turn", bands: bands(runs.turn) },
+      ],
+      next,
+    );
   };
   const drawLines = ({ wish, chart, absent }: LineStrip, frame: Frame) => {
     const columns = pyramid.columns(
@@ -181,7 +199,7 @@ export function mount(element: HTMLElement, first: Model): View {
       plotWidth(),
     );
     chart.draw(columns, frame);
-    chart.hover(hoverPx);
+    if (hoverPx !== undefined) chart.hover(hoverPx);
     show(absent, columns.t.length > 0 && columns.values.every((values) => values.every((value) => value === null)));
   };
   /** The values where the pointer is, or at the cursor, or now. */
