@@ -446,12 +446,10 @@ export class LiveModel implements Model {
   }
 
   #truth(): { x: number; y: number; theta: number; age: number } | undefined {
-    const { world, telemetryAt } = this;
-    const now = this.#clock.now();
-    const silent = (now - telemetryAt) / 1000;
-    if (!world || silent > MAX_AGE_S || now - world.heardAt > 1000 * MAX_AGE_S) return undefined;
-    const age = Math.max(0, this.#base.recorder.history.last + silent * (world.speed ?? 1) - world.pose.t);
-    return age > MAX_AGE_S ? undefined : { ...world.pose, age };
+    const { world, age } = this.#simulated;
+    const silent = this.#clock.now() - this.telemetryAt;
+    if (!world || age === undefined || age > MAX_AGE_S || silent > 1000 * MAX_AGE_S) return undefined;
+    return { ...world.pose, age };
   }
 
   // What is told.

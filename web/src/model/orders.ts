@@ -25,6 +25,11 @@ export async function ownStream(line: Pick<Line, "ask">): Promise<string> {
   return reply.startsWith("ERR syntax") ? line.ask(streamLine(OLDER_STREAM)) : reply;
 }
 
+/** What a byte takes on the serial line, at 115 200 baud. */
+const BYTE_S = 10 / 115_200;
+/** Bytes of a fix's line besides what it says: tag, age, check, line end. */
+const AROUND_A_FIX = 20;
+
 const TYPED_TAG = /^@\d*\s*/;
 const TYPED_CHECK = /\*[^*]*$/;
 
@@ -74,7 +79,10 @@ export function orders(line: Line): Commands {
       const [x, y] = [truth.x + sigmaXy * next(), truth.y + sigmaXy * next()];
       const theta = truth.theta + sigmaTheta * next();
       const [xx, tt] = [format(sigmaXy ** 2), format(sigmaTheta ** 2)];
-      return line.ask(`ObservePos ${format(x)} ${format(y)} ${format(theta)} ${xx} 0 0 ${xx} 0 ${tt} ${format(truth.age)}`);
+      const fix = `ObservePos ${format(x)} ${format(y)} ${format(theta)} ${xx} 0 0 ${xx} 0 ${tt}`;
+      // It is as old as it is when its line has arrived: at 90 deg/s, the 7 ms that it takes on the serial line are more than half a degree.
+      const underWay = (fix.length + AROUND_A_FIX) * BYTE_S;
+      return line.ask(`${fix} ${format(truth.age + underWay)}`);
     },
   };
 }

@@ -1,5 +1,6 @@
 /** The simulated world as the page knows it, and what is asked of it. */
 import type { Clock } from "../transport/clock.ts";
+import { BaseClock } from "./baseclock.ts";
 import type { World, WorldRequest } from "./model.ts";
 import type { Hello, Moment } from "./worldline.ts";
 
@@ -13,6 +14,7 @@ interface Pending {
 
 export class Simulated {
   readonly #clock: Clock;
+  readonly #baseClock = new BaseClock();
   #hello: Hello | undefined;
   #pending = new Map<number, Pending>();
   #id = 0;
@@ -32,6 +34,7 @@ export class Simulated {
 
   moment(moment: Moment): void {
     const { t, x, y, theta, ...rest } = moment;
+    this.#baseClock.heard(t, this.#clock.elapsed() / 1000);
     this.world = {
       ...rest,
       pose: { t, x, y, theta },
@@ -43,10 +46,18 @@ export class Simulated {
     };
   }
 
+  /** Seconds that have passed for the base since the pose was the true one; undefined if none is known. */
+  get age(): number | undefined {
+    if (!this.world) return undefined;
+    const now = this.#baseClock.now(this.#clock.elapsed() / 1000, this.world.speed ?? 1);
+    return now === undefined ? undefined : Math.max(0, now - this.world.pose.t);
+  }
+
   /** Another base, which may have no simulated world. */
   forget(): void {
     this.#hello = undefined;
     this.world = undefined;
+    this.#baseClock.forget();
   }
 
   ask(request: WorldRequest, send: (message: string) => void): Promise<void> {

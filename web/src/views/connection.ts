@@ -30,7 +30,11 @@ export function mount(element: HTMLElement, first: Model, options: ConnectionOpt
   const { say } = options;
   const state = h("p", { role: "status" });
   const cells = FACTS.map(() => h("dd"));
-  const facts = h("dl", { class: "facts" }, ...FACTS.map((name, at) => h("div", {}, h("dt", {}, name), " ", cells[at])));
+  const facts = h(
+    "dl",
+    { class: "facts", title: "Shares are of a serial line at 115 200 baud" },
+    ...FACTS.map((name, at) => h("div", {}, h("dt", {}, name), " ", cells[at])),
+  );
   const act = (what: string, done: () => Promise<void>) => async () => {
     try {
       await done();
@@ -50,14 +54,13 @@ export function mount(element: HTMLElement, first: Model, options: ConnectionOpt
 
   const file = h("input", { type: "file", id: "log-file", accept: ".csv,.log,.txt,text/*", "data-testid": "load-log" });
   const back = button("Back to the live base", options.closeLog, { "data-testid": "close-log" });
-  const shown = h("p", { role: "status", "data-testid": "log-state" });
+  const shown = h("p", { role: "alert", "data-testid": "log-state" });
   const load = async (chosen: File) => {
     setText(shown, `Reading ${chosen.name} …`);
     try {
       await options.loadLog(chosen);
     } catch (error) {
       setText(shown, `${chosen.name}: ${reason(error)}`);
-      say(`${chosen.name}: ${reason(error)}`, "refused");
     }
   };
   file.addEventListener("change", () => {
@@ -124,7 +127,7 @@ export function mount(element: HTMLElement, first: Model, options: ConnectionOpt
   };
 }
 
-/** Bytes a second, and what share that is of a serial line at 115 200 baud. */
+/** Bytes a second, and what share that is of what a serial line at 115 200 baud carries. */
 export function rate(bytes: number): string {
-  return `${Math.round(bytes)} B/s, ${((100 * bytes) / LINE_BYTES_PER_SECOND).toFixed(1)} % of 115 200 baud`;
+  return `${Math.round(bytes)} B/s, ${((100 * bytes) / LINE_BYTES_PER_SECOND).toFixed(1)} % of the line`;
 }
