@@ -202,6 +202,7 @@ test("there are no more bands than pixels, and what lasted longest is seen", () 
 
 test("the stretch ends now; paused, it stands still; scrubbed, it goes along", () => {
   assert.deepEqual(stretch(30, 0, 100, undefined, undefined), { from: 70, to: 100 });
+  assert.deepEqual(stretch(30, 5, 20, undefined, undefined), { from: 5, to: 35 });
   const paused = stretch(30, 0, 101, 100, { from: 70, to: 100 });
   const later = stretch(30, 0, 130, 100, stretch(30, 0, 120, 100, paused));
   // The cursor is at the edge: so much of what came after it is shown, and no more.

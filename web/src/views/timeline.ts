@@ -38,6 +38,7 @@ export function mount(element: HTMLElement, first: Model, options: TimelineOptio
     "data-testid": "scrubber",
   });
   const clock = h("output", { class: "timeline-clock", "data-testid": "shown-time" });
+  const promise = h("p", { class: "timeline-promise" }, "Pausing stops what is shown, never the base.");
   const paused = h("p", { class: "timeline-paused", role: "status", "data-testid": "paused", hidden: true });
   const select = (
     label: string,
@@ -80,7 +81,7 @@ export function mount(element: HTMLElement, first: Model, options: TimelineOptio
       button("Save CSV", options.onSaveCsv, { "data-testid": "save-csv" }),
       button("Save PNG", () => void savePicture(), { "data-testid": "save-png" }),
     ),
-    paused,
+    h("div", { class: "timeline-note" }, promise, paused),
   );
   element.append(root);
 
@@ -115,13 +116,10 @@ export function mount(element: HTMLElement, first: Model, options: TimelineOptio
     setText(play, now ? "❚❚ Pause" : playing ? "❚❚ Pause" : "▶ Play");
     setText(live, model.kind === "log" ? "End" : "Live");
     setAttribute(live, "aria-pressed", String(model.cursor.t === undefined));
-    show(paused, model.kind === "live" && model.cursor.t !== undefined);
-    setText(
-      paused,
-      model.cursor.t === undefined
-        ? ""
-        : `${playing ? "Playing the past" : "The view is paused"}. The base goes on: what is shown is not what it does now.`,
-    );
+    const past = model.kind === "live" && model.cursor.t !== undefined;
+    show(paused, past);
+    show(promise, !past && model.kind === "live");
+    setText(paused, past ? `${playing ? "PLAYING THE PAST" : "PAUSED"}: the base goes on, unseen here.` : "");
   };
 
   const goTo = (t: number) => {

@@ -53,6 +53,8 @@ const EDGE = 0.1;
 export function stretch(seconds: number, oldest: number, newest: number, cursor: number | undefined, before: Stretch | undefined): Stretch {
   if (!(newest >= oldest)) return { from: 0, to: Number.isFinite(seconds) ? seconds : FIRST_SPAN };
   if (!Number.isFinite(seconds)) return { from: oldest, to: Math.max(newest, oldest + 1) };
+  // As long as there is less than that, it fills from the left.
+  if (newest - oldest <= seconds) return { from: oldest, to: oldest + seconds };
   if (cursor === undefined) return { from: newest - seconds, to: newest };
   const same = before && Math.abs(before.to - before.from - seconds) < 1e-6;
   const to = same ? before.to : Math.min(newest, cursor + seconds / 4);

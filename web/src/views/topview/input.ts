@@ -25,7 +25,8 @@ const STILL = 4;
 export function bind(canvas: HTMLCanvasElement, on: Actions): () => void {
   const ends = new AbortController();
   const { signal } = ends;
-  const pointers = new Map<number, { x: number; y: number; moved: number; goal: boolean }>();
+  /** `spent`: a goal was given up; what its pointer does until it is released means nothing. */
+  const pointers = new Map<number, { x: number; y: number; moved: number; role: "goal" | "view" | "spent" }>();
   const at = (event: PointerEvent | WheelEvent) => {
     const box = canvas.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top] as const;
@@ -40,18 +41,19 @@ export function bind(canvas: HTMLCanvasElement, on: Actions): () => void {
     canvas.focus({ preventScroll: true });
     canvas.setPointerCapture(event.pointerId);
     if (on.giving) on.cancel("a second pointer");
-    for (const pointer of pointers.values()) pointer.goal = false;
+    for (const pointer of pointers.values()) pointer.role = "view";
     const goal = event.button === 0 && pointers.size === 0 && on.press(event.pointerId, x, y, event.shiftKey);
-    pointers.set(event.pointerId, { x, y, moved: 0, goal });
+    pointers.set(event.pointerId, { x, y, moved: 0, role: goal ? "goal" : "view" });
   };
   const move = (event: PointerEvent) => {
     const pointer = pointers.get(event.pointerId);
     if (!pointer) return;
     const [x, y] = at(event);
-    if (pointer.goal) {
+    if (pointer.role === "spent") return;
+    if (pointer.role === "goal") {
       // A second button of the same mouse makes no pointerdown.
       if (event.buttons !== 1) {
-        pointer.goal = false;
+        pointer.role = "spent";
         on.cancel("a second button");
       } else on.move(event.pointerId, x, y, event.shiftKey);
       return;
@@ -71,13 +73,13 @@ export function bind(canvas: HTMLCanvasElement, on: Actions): () => void {
     const pointer = pointers.get(event.pointerId);
     if (!pointer) return;
     pointers.delete(event.pointerId);
-    if (pointer.goal) on.release(event.pointerId);
-    else if (event.button === 0 && pointer.moved <= STILL && pointers.size === 0) on.click();
+    if (pointer.role === "goal") on.release(event.pointerId);
+    else if (pointer.role === "view" && event.button === 0 && pointer.moved <= STILL && pointers.size === 0) on.click();
   };
   const lost = (event: PointerEvent) => {
     const pointer = pointers.get(event.pointerId);
     pointers.delete(event.pointerId);
-    if (pointer?.goal) on.cancel("the pointer was lost");
+    if (pointer?.role === "goal") on.cancel("the pointer was lost");
   };
   const away = () => {
     pointers.clear();
