@@ -89,7 +89,10 @@ export function app(page: Window, sources: Sources): App {
   const line = connection.mount(desk.connection, live, {
     served: sources.served,
     serial: sources.serial,
-    connect: async () => showLive(await sources.connect()),
+    connect: async () => {
+      showLive(await sources.connect());
+      panels.select("Console");
+    },
     disconnect: async () => showLive(await sources.disconnect()),
     loadLog: async (file) => showLog(await sources.readLog(file, live)),
     closeLog,

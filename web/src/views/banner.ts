@@ -42,7 +42,7 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
     "div",
     { class: "banner log-shown", role: "status", "data-testid": "log-shown", hidden: true },
     logName,
-    button("Back to the live base", options.closeLog),
+    button("Close the log", options.closeLog),
   );
   const root = h("div", { class: "banner-group" }, ofLog && log, alarm, lost, fault);
   element.append(root);

@@ -53,7 +53,7 @@ export function mount(element: HTMLElement, first: Model, options: ConnectionOpt
   );
 
   const file = h("input", { type: "file", id: "log-file", accept: ".csv,.log,.txt,text/*", "data-testid": "load-log" });
-  const back = button("Back to the live base", options.closeLog, { "data-testid": "close-log" });
+  const back = button("Close the log: back to the live base", options.closeLog, { "data-testid": "close-log" });
   const shown = h("p", { role: "alert", "data-testid": "log-state" });
   const load = async (chosen: File) => {
     setText(shown, `Reading ${chosen.name} …`);
