@@ -149,15 +149,15 @@ export function mount(element: HTMLElement, first: Model): Console {
     if (line === "") return;
     const problem = refused(field.value);
     const commands = driving(model);
+    past.add(line);
+    keep("sessionStorage", "lines", past.toString());
+    // Emptied whatever becomes of the line (the arrow brings it back): the space bar is Stop from here on.
+    field.value = "";
+    hintFor("");
     if (problem || !commands) {
       warn(`Not sent: ${problem ?? (model.kind === "log" ? "this is a log" : "this page does not drive the base")}`);
       return;
     }
-    past.add(line);
-    keep("sessionStorage", "lines", past.toString());
-    // Emptied before anything else: the space bar is Stop from here on.
-    field.value = "";
-    hintFor("");
     lines.expect(line);
     const asked = model;
     try {
