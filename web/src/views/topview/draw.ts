@@ -199,7 +199,7 @@ export function drawBase({ ctx, view, palette }: Scene, pose: Pose, shape: Silho
         corner * 0.25,
       ]);
     }
-    ctx.globalAlpha = ghost ? 0.25 : 0.88;
+    ctx.globalAlpha = ghost ? 0.14 : 0.88;
     ctx.fillStyle = fill;
     ctx.fill();
     ctx.globalAlpha = 1;
@@ -207,7 +207,7 @@ export function drawBase({ ctx, view, palette }: Scene, pose: Pose, shape: Silho
   }
   ctx.setLineDash([]);
   const middle = (body.front + body.rear) / 2;
-  const length = Math.max(9, pixels(Math.min(body.front - body.rear, 3 * body.halfWidth)) * 0.42);
+  const length = Math.min(36, Math.max(9, pixels(Math.min(body.front - body.rear, 3 * body.halfWidth)) * 0.42));
   const from = shape.radius * view.scale >= 9 ? pixels(middle) - length * 0.35 : -length * 0.5;
   ctx.beginPath();
   ctx.moveTo(from + length, 0);

@@ -46,13 +46,14 @@ export function paint(
 
   const shape = silhouette(model.geometry, shown.motion, (model.parameters.get("rear_steered")?.value ?? 0) !== 0);
   const estimate = stale ? palette.muted : palette.est;
-  if (shown.doubt) drawDoubt(scene, shown.doubt, estimate, Math.max(44, shape.radius * view.scale * 1.9));
   if (pose)
     drawBase(scene, pose, shape, { colour: estimate, fill: palette.paper, wheels: stale ? palette.muted : palette.ink, ghost: stale });
   if (truth) {
     const colour = trueStale ? palette.muted : palette.true;
     drawBase(scene, truth, shape, { colour, fill: colour, wheels: colour, ghost: true });
   }
+  // Over the base: a large one would hide how well it knows where it is.
+  if (shown.doubt) drawDoubt(scene, shown.doubt, estimate, Math.max(44, shape.radius * view.scale * 1.9));
   if (goal) drawGoal(scene, goal.dragged, goal.words);
   drawRulers(scene);
   drawScaleBar(scene);
@@ -74,4 +75,6 @@ function signs(scene: Scene, model: Model, shown: Snapshot): void {
   if (shown.past) sign(`PAST: as of ${(shown.t ?? 0).toFixed(2)} s${model.kind === "live" ? ". The base goes on" : ""}`, palette.deccel);
   if (shown.pose && shown.age > STALE) sign(`STALE: the estimate is ${old(shown.age)}`, palette.fault);
   if (shown.truth && shown.truthAge > STALE) sign(`The true pose is ${old(shown.truthAge)}`, palette.muted);
+  const assumed = model.map?.assumed;
+  if (assumed !== undefined) sign(`Where ${assumed} was marked is not known here: the map may lie elsewhere`, palette.muted);
 }

@@ -41,7 +41,7 @@ export function panel(element: HTMLElement, on: PanelActions): Panel {
     "aria-label":
       "Top view. A click or drag sets a goal, with Shift it adds a posture. Arrow keys pan, plus and minus zoom, F follows, 0 fits, G sets a goal by keys.",
     "aria-describedby": "topview-status",
-    "data-picture": "Top view",
+    "data-picture": "Top view: estimated (solid), true (dashed)",
   });
   const follow = button("Follow", on.follow, { "aria-pressed": "true", title: "Keep the base in view (f)" });
   const tools = h(

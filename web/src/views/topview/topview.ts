@@ -157,7 +157,8 @@ export function mount(element: HTMLElement, first: Model): Shown {
     for (const at of [pose, truth]) if (at) extent.add(at.x, at.y, 0.5);
     for (const { x, y } of model.path.postures) extent.add(x, y, 0.3);
     for (const { pose: at, radius, bound } of model.map?.places ?? []) if (at) extent.add(at.x, at.y, Math.max(radius, bound));
-    if (extent.bounds) view = fit(view, extent.bounds, 36, CLOSEST_FIT);
+    if (extent.bounds) view = fit(view, extent.bounds, 46, CLOSEST_FIT);
+    if (following) setFollowing(false);
     invalidate();
   };
 
@@ -205,6 +206,8 @@ export function mount(element: HTMLElement, first: Model): Shown {
   const keyDragged = (): Dragged | undefined =>
     byKeys && { goal: { x: byKeys.x, y: byKeys.y, theta: byKeys.theta ?? undefined }, append: false };
   const keyForGoal = (goal: KeyGoal, key: string, fine: boolean) => {
+    doubt();
+    if (!byKeys) return true;
     const next = keyed(goal, key, KEY_STEP / view.scale, fine);
     if (next === undefined) return false;
     if (next === "leave") giveUp("Esc");
@@ -246,6 +249,8 @@ export function mount(element: HTMLElement, first: Model): Shown {
       invalidate();
     },
     release: (pointer) => {
+      // What was heard since the last frame counts, too.
+      doubt();
       const given = drag.release(pointer);
       if (given) void order(given);
       invalidate();
