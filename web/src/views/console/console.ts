@@ -220,7 +220,8 @@ export function mount(element: HTMLElement, first: Model): Console {
       redraw();
     }
     field.disabled = model.kind === "log";
-    send.disabled = !model.mayDrive;
+    // Not while another page drives: Enter would do nothing then, and leave the text, in which the space bar types blanks.
+    send.disabled = model.kind === "log";
     append();
   });
 
