@@ -62,7 +62,7 @@ export function makeChart(element: HTMLElement, wish: StripWish, palette: () => 
           stroke: () => palette().muted,
           grid,
           ticks: { show: false },
-          space: 20,
+          space: 16,
           values: (_, splits) => splits.map(short),
         },
       ],

@@ -20,7 +20,7 @@ const STALE_MS = 500;
 /** Drawn in one frame; a software renderer takes 1 to 2 ms for each. */
 const STRIPS_A_FRAME = 3;
 const HEAD = 24;
-const [LEAST_HEIGHT, MOST_HEIGHT, FREE_HEIGHT] = [52, 130, 76];
+const [LEAST_HEIGHT, MOST_HEIGHT, FREE_HEIGHT] = [44, 130, 76];
 /** Below this width the page scrolls, and the column is as high as it likes. */
 const NARROW = "(max-width: 899px)";
 
