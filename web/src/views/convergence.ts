@@ -39,7 +39,7 @@ export function mount(element: HTMLElement, names: readonly GainName[]): Converg
           scales: { x: { time: false } },
           axes: [
             { ...axis, size: 26, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
-            { ...axis, size: 66, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toFixed(5)))) },
+            { ...axis, size: 54, values: (_, ticks) => ticks.map((tick) => String(Number(tick.toFixed(5)))) },
           ],
           series: [
             {},

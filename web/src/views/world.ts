@@ -8,7 +8,7 @@ const PUSHES: readonly (readonly [label: string, along: number, about: number, s
   ["↓ back", -10, 0, 0.3],
   ["↺ left", 0, 1, 0.3],
   ["↻ right", 0, -1, 0.3],
-  ["Shove", 25, 2, 0.5],
+  ["Shove", 25, 0.5, 0.5],
 ];
 /** A fault whose factor has a slider. */
 const WEAK = /^(left|right) motor weak\b/;
