@@ -175,19 +175,6 @@ export function drawBase({ ctx, view, palette }: Scene, pose: Pose, shape: Silho
   ctx.setLineDash(ghost ? [4, 3] : []);
   ctx.strokeStyle = colour;
   if (shape.radius * view.scale >= 5) {
-    // The canvas's y points down: a wheel on the left is above.
-    for (const wheel of shape.wheels) {
-      ctx.save();
-      ctx.translate(pixels(wheel.x), -pixels(wheel.y));
-      ctx.rotate(-wheel.angle);
-      const [length, width] = [pixels(shape.wheelDiameter), Math.max(1.5, pixels(shape.wheelWidth))];
-      ctx.beginPath();
-      ctx.roundRect(-length / 2, -width / 2, length, width, Math.min(3, width / 3));
-      ctx.fillStyle = wheels;
-      if (ghost) ctx.stroke();
-      else ctx.fill();
-      ctx.restore();
-    }
     ctx.beginPath();
     if (body.round) ctx.arc(0, 0, pixels(body.front), 0, 2 * Math.PI);
     else {
@@ -204,6 +191,19 @@ export function drawBase({ ctx, view, palette }: Scene, pose: Pose, shape: Silho
     ctx.fill();
     ctx.globalAlpha = 1;
     ctx.stroke();
+    // The canvas's y points down: a wheel on the left is above.
+    for (const wheel of shape.wheels) {
+      ctx.save();
+      ctx.translate(pixels(wheel.x), -pixels(wheel.y));
+      ctx.rotate(-wheel.angle);
+      const [length, width] = [pixels(shape.wheelDiameter), Math.max(1.5, pixels(shape.wheelWidth))];
+      ctx.beginPath();
+      ctx.roundRect(-length / 2, -width / 2, length, width, Math.min(3, width / 3));
+      ctx.fillStyle = wheels;
+      if (ghost) ctx.stroke();
+      else ctx.fill();
+      ctx.restore();
+    }
   }
   ctx.setLineDash([]);
   const middle = (body.front + body.rear) / 2;

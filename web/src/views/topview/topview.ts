@@ -9,6 +9,7 @@ import { Ground } from "./ground.ts";
 import { bind } from "./input.ts";
 import { paint } from "./paint.ts";
 import { panel } from "./panel.ts";
+import { silhouette } from "./silhouette.ts";
 import { freshFor, type Snapshot, snapshot } from "./snapshot.ts";
 import { Trail } from "./trail.ts";
 import { statusWords, whyNoGoal } from "./words.ts";
@@ -27,11 +28,14 @@ const TOPICS: readonly Topic[] = [
   "alarm",
   "cursor",
 ];
-/** Pixels a metre at the start, and the most that Fit zooms in. */
+/** At the start, a small base is drawn at so many pixels a metre, and a large one no larger than so many pixels. */
 const FIRST_SCALE = 140;
+const FIRST_RADIUS = 40;
+/** Pixels a metre, the most that Fit zooms in. */
 const CLOSEST_FIT = 300;
 /** The share of the canvas in which the base is kept. */
 const FOLLOWED = 0.6;
+const STILL = { speed: 0, turning: 0 };
 const KEY_PAN = 60;
 /** How far an arrow moves the crosshair, pixels. */
 const KEY_STEP = 20;
@@ -43,8 +47,9 @@ export function mount(element: HTMLElement, first: Model): Shown {
   let unsubscribe = () => {};
   let view: View = { x: 0, y: 0, scale: FIRST_SCALE, width: 0, height: 0 };
   let following = true;
-  /** The view was laid about the base once. */
+  /** The view was laid about the base once; and the user has set its scale since. */
   let placed = false;
+  let scaled = false;
   const ways = { estimated: new Trail("x", "y"), truly: new Trail("true_x", "true_y") };
   const ground = new Ground();
   const drag = new GoalDrag();
@@ -102,8 +107,10 @@ export function mount(element: HTMLElement, first: Model): Shown {
   };
   const place = ({ pose }: Snapshot) => {
     if (!pose) return;
+    // What the base looks like is known only after it was asked.
+    if (!scaled) view = { ...view, scale: Math.min(FIRST_SCALE, FIRST_RADIUS / silhouette(model.geometry, STILL, false).radius) };
     if (!placed) {
-      view = { ...view, x: pose.x, y: pose.y, scale: FIRST_SCALE };
+      view = { ...view, x: pose.x, y: pose.y };
       placed = true;
     } else if (following && !drag.active && !byKeys) view = follow(view, pose.x, pose.y, FOLLOWED);
   };
@@ -146,6 +153,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
   };
   const zoom = (px: number, py: number, factor: number) => {
     view = zoomAbout(view, px, py, factor);
+    scaled = true;
     invalidate();
   };
   const fitAll = () => {
@@ -158,6 +166,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     for (const { x, y } of model.path.postures) extent.add(x, y, 0.3);
     for (const { pose: at, radius, bound } of model.map?.places ?? []) if (at) extent.add(at.x, at.y, Math.max(radius, bound));
     if (extent.bounds) view = fit(view, extent.bounds, 46, CLOSEST_FIT);
+    scaled = true;
     if (following) setFollowing(false);
     invalidate();
   };
@@ -281,6 +290,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     model = next;
     ordered = undefined;
     placed = false;
+    scaled = false;
     unsubscribe = model.subscribe(TOPICS, () => {
       doubt();
       invalidate();
