@@ -16,7 +16,7 @@ export interface Line extends Spoken {
 
 /** What the page says by itself: its questions, its telemetry, the fixes that it is told to feed. */
 const POLLS = new Set(
-  "getestpos getstatus getpath getmap getgains getbattery gettime getstate listparams version help stream observepos".split(" "),
+  "getestpos getstatus getpath getmap getgains getbattery gettime getstate getparam listparams version help stream observepos".split(" "),
 );
 /** Lists: what follows the keyword of the reply tells how many rows come. */
 const LISTS = new Map([
