@@ -71,6 +71,12 @@ impl std::str::FromStr for Speed {
     }
 }
 
+/// The loop looks at its input this often …
+const NAP: Duration = Duration::from_millis(2);
+/// … or this often and after so many ticks, if the simulation has no time for a nap.
+const STRETCH: Duration = Duration::from_millis(10);
+const STRETCH_TICKS: u32 = 100;
+
 /// Runs until the far end leaves, and the base then rests; or until the process is told to end.
 pub fn drive(
     base: &mut dyn Base,
@@ -96,8 +102,15 @@ pub fn drive(
     let mut pace = Pace::new(served.speed);
     let mut leaving = Leaving::default();
     let mut flow = Flow::default();
+    let origin = Instant::now();
     loop {
-        for _ in 0..pace.ticks_due() {
+        // A base that takes longer than it should, such as an emulated board, must not keep the far end waiting: a Stop may be under way.
+        let pause = origin.elapsed() + STRETCH;
+        for _ in 0..STRETCH_TICKS {
+            let now = origin.elapsed();
+            if now >= pause || !pace.is_tick_due(now) {
+                break;
+            }
             base.tick()?;
             if let Some(trace) = &mut trace {
                 trace.note(base)?;
@@ -133,7 +146,9 @@ pub fn drive(
         if told_to_end.load(Ordering::Relaxed) {
             return trace.map_or(Ok(()), TraceFile::finish);
         }
-        pace.rest();
+        if !pace.is_behind(origin.elapsed()) {
+            std::thread::sleep(NAP);
+        }
     }
 }
 
@@ -179,40 +194,53 @@ impl Flow {
 
 /// Keeps simulated time in step with the clock.
 struct Pace {
-    speed: Speed,
-    origin: Instant,
+    /// Ticks in a second; none if as many as there can be.
+    per_second: Option<f64>,
     done: u64,
+    /// Time lost beyond so many ticks (the computer slept, or is too slow) is not made up for.
+    max_lag: u64,
 }
 
 impl Pace {
-    /// The loop looks at its input this often.
-    const NAP: Duration = Duration::from_millis(2);
-    /// Time lost beyond this (the computer slept) is not made up for.
-    const MAX_LAG: u64 = 250;
+    /// What is made up for, ticks at real time.
+    const MAX_LAG: f64 = 250.0;
 
     fn new(speed: Speed) -> Self {
-        Self {
-            speed,
-            origin: Instant::now(),
-            done: 0,
-        }
-    }
-
-    fn ticks_due(&mut self) -> u64 {
-        let Speed::Times(times) = self.speed else {
-            return 100;
+        let (per_second, max_lag) = match speed {
+            Speed::Times(times) => (
+                Some(1e6 / PERIOD.ticks() as f64 * times),
+                Self::MAX_LAG * times.max(1.0),
+            ),
+            Speed::Max => (None, 0.0),
         };
-        let per_second = 1e6 / PERIOD.ticks() as f64 * times;
-        let due = (self.origin.elapsed().as_secs_f64() * per_second) as u64;
-        let behind = due.saturating_sub(self.done);
-        self.done = due;
-        behind.min((Self::MAX_LAG as f64 * times.max(1.0)) as u64)
+        Self {
+            per_second,
+            done: 0,
+            max_lag: max_lag as u64,
+        }
     }
 
-    fn rest(&self) {
-        if self.speed != Speed::Max {
-            std::thread::sleep(Self::NAP);
+    /// So many ticks are due after this time that have not been taken.
+    fn behind(&self, elapsed: Duration) -> u64 {
+        let Some(per_second) = self.per_second else {
+            return 1;
+        };
+        let due = (elapsed.as_secs_f64() * per_second) as u64;
+        due.saturating_sub(self.done)
+    }
+
+    fn is_behind(&self, elapsed: Duration) -> bool {
+        self.behind(elapsed) > 0
+    }
+
+    /// Takes a tick, if one is due.
+    fn is_tick_due(&mut self, elapsed: Duration) -> bool {
+        let behind = self.behind(elapsed);
+        if behind == 0 {
+            return false;
         }
+        self.done += 1 + behind.saturating_sub(self.max_lag.max(1));
+        true
     }
 }
 
@@ -245,5 +273,39 @@ impl Leaving {
         self.quiet_ticks += 1;
         self.ticks += u32::from(self.begun);
         Ok(self.quiet_ticks > Self::QUIET_TICKS || self.ticks > Self::PATIENCE_TICKS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Takes all ticks that are due.
+    fn ticks(pace: &mut Pace, milliseconds: u64) -> u64 {
+        let elapsed = Duration::from_millis(milliseconds);
+        (0..10_000)
+            .take_while(|_| pace.is_tick_due(elapsed))
+            .count() as u64
+    }
+
+    #[test]
+    fn ticks_are_due_as_fast_as_wished() {
+        let mut pace = Pace::new(Speed::Times(2.0));
+        assert_eq!(ticks(&mut pace, 0), 0);
+        assert_eq!(ticks(&mut pace, 5), 10);
+        assert!(!pace.is_behind(Duration::from_millis(5)));
+        assert_eq!(ticks(&mut pace, 105), 200);
+        let mut slow = Pace::new(Speed::Times(0.1));
+        assert_eq!(ticks(&mut slow, 1000), 100);
+        let mut most = Pace::new(Speed::Max);
+        assert_eq!(ticks(&mut most, 0), 10_000);
+    }
+
+    #[test]
+    fn a_quarter_of_a_second_is_made_up_for_and_no_more() {
+        let mut pace = Pace::new(Speed::Times(1.0));
+        assert_eq!(ticks(&mut pace, 200), 200);
+        assert_eq!(ticks(&mut pace, 60_000), 250);
+        assert_eq!(ticks(&mut pace, 60_010), 10);
     }
 }

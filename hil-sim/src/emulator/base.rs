@@ -75,6 +75,7 @@ pub struct ImageBase {
     push_until: Instant,
     received: Vec<u8>,
     backlog: usize,
+    power_fails: bool,
 }
 
 impl ImageBase {
@@ -153,6 +154,7 @@ impl ImageBase {
             push_until: now,
             received,
             backlog: 0,
+            power_fails: false,
         })
     }
 
@@ -298,13 +300,10 @@ impl Base for ImageBase {
         })
     }
 
-    /// The board is without power to the next tick.
+    /// The board is without power for the next tick.
     fn power_cycle(&mut self) -> Result<()> {
-        self.core.hold(|held| {
-            held.observer.expect_reset();
-            let at = held.stop.at;
-            held.session.board_mut().part.lose_power(at);
-        })
+        self.power_fails = true;
+        Ok(())
     }
 
     fn now(&self) -> Instant {
@@ -334,9 +333,16 @@ impl Base for ImageBase {
             .encoders
             .edges(self.instant(from), PERIOD.ticks() * 1000 - TICK_NS);
         sense(&self.core, &self.plant, self.battery_divider)?;
-        self.core.hold(|held| {
+        let power_fails = std::mem::take(&mut self.power_fails);
+        self.core.hold(move |held| {
             let at = held.stop.at;
-            held.session.board_mut().part.restore_power(at)
+            let part = &mut held.session.board_mut().part;
+            if power_fails {
+                part.lose_power(at);
+                held.observer.expect_reset();
+            } else {
+                part.restore_power(at);
+            }
         })?;
         let until = self.instant(self.now);
         let Meeting {

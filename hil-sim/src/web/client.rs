@@ -13,6 +13,8 @@ use tokio::time::{Instant, interval_at, sleep_until, timeout};
 
 /// What is sent beside pings and closing frames waits here: a few pings at most.
 const MAX_PINGS: usize = 8;
+/// Messages that are said without a look at whether it is time for a ping.
+const AT_ONCE: usize = 64;
 /// A client that is sent away has so long to hear why.
 const LEAVE_TAKING: Duration = Duration::from_secs(1);
 
@@ -69,7 +71,10 @@ async fn speak(
         if sink.feed(message).await.is_err() {
             return;
         }
-        while let Ok(message) = told.try_recv() {
+        for _ in 0..AT_ONCE {
+            let Ok(message) = told.try_recv() else {
+                break;
+            };
             if sink.feed(message).await.is_err() {
                 return;
             }

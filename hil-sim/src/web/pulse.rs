@@ -1,6 +1,6 @@
 //! Whether a client is still there: it is asked every other second, and has a while to answer.
 //!
-//! A question waits behind all that was said before it, so an answer also says that the client is no further behind than that.
+//! A question is behind all that was written to the connection before it, so an answer also says that the client has read that.
 
 use std::collections::VecDeque;
 use std::time::Duration;
