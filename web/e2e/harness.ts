@@ -15,8 +15,8 @@ export function launch(...args: readonly string[]): Promise<Browser> {
 }
 
 /** A page that must not complain: errors in its console fail the test, but those of a connection that a test has cut. */
-export async function open(context: BrowserContext, url: string): Promise<Page> {
-  const page = await context.newPage();
+export async function open(context: BrowserContext, url: string, prepared?: Page): Promise<Page> {
+  const page = prepared ?? (await context.newPage());
   page.setDefaultTimeout(PATIENCE_MS);
   page.on("pageerror", (error) => complaints.push(`${error.stack ?? error}`));
   page.on("console", (message) => {
