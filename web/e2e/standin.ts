@@ -27,7 +27,8 @@ export async function standIn(page: Page, terminal: string): Promise<Cable> {
     written += text;
     writing.write(Buffer.from(text, "latin1"));
   });
-  await page.addInitScript(inPage);
+  // The loader of this file wraps named functions in a helper, which the page does not have.
+  await page.addInitScript({ content: `(() => { const __name = (named) => named; (${inPage})(); })();` });
   reading.on("data", (data: Buffer) => pending.push(data));
   let flushing = false;
   const flush = setInterval(() => {
