@@ -1,5 +1,7 @@
 /** The page that the simulator serves, in a real browser. */
 import assert from "node:assert/strict";
+import { mkdirSync } from "node:fs";
+import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import * as drives from "./drives.ts";
 import {
@@ -20,7 +22,7 @@ import {
   until,
 } from "./harness.ts";
 import { type Between, proxy } from "./proxy.ts";
-import { type Simulator, serve } from "./simulator.ts";
+import { type Simulator, serve, trace, WEB } from "./simulator.ts";
 
 let browser: Browser;
 let context: BrowserContext;
@@ -202,4 +204,42 @@ test("the power is switched off and on: all is asked anew, and nothing moves by 
   await connected(page, "drive");
   await rest(page);
   assert.ok((await sent(page)).slice(before).every((line) => !MOVES.test(line)));
+});
+
+test("a trace is loaded and scrubbed through, while Stop goes on to reach the base that is live", async () => {
+  const file = join(WEB, "out/square.csv");
+  mkdirSync(join(WEB, "out"), { recursive: true });
+  trace("square.script", file);
+  const page = await open(context, simulator.at);
+  await connected(page, "drive");
+  await type(page, "m inf 0.2");
+  await until(page, "MOVE", (model) => model.status?.moveState === "MOVE");
+  await part(page, "tab-connection").click();
+  await part(page, "load-log").setInputFiles(file);
+  await page.waitForFunction(() => window.page.model.kind === "log");
+  assert.equal(await page.evaluate(() => window.page.model.history.length), 2102);
+  await part(page, "scrubber").focus();
+  await page.keyboard.press("Home");
+  await page.waitForFunction(() => (window.page.model.cursor.t ?? 99) < 0.1);
+  await shoot(page, "log-begin");
+  for (let press = 0; press < 10; press += 1) await page.keyboard.press("ArrowRight");
+  await page.waitForFunction(() => (window.page.model.cursor.t ?? 0) > 0);
+  await page.keyboard.press("End");
+  await shoot(page, "log");
+  // On the slider, which the space bar does not move.
+  await page.keyboard.press(" ");
+  await rest(page);
+  await part(page, "tab-connection").click();
+  await part(page, "close-log").click();
+  await page.waitForFunction(() => window.page.model.kind === "live");
+});
+
+test("a file that is no log is refused with what is wrong, and the live base stays in view", async () => {
+  const page = await open(context, simulator.at);
+  await connected(page, "drive");
+  await part(page, "tab-connection").click();
+  const lines = "t,left,right\n0,0,0\n0.1,many,100\n";
+  await part(page, "load-log").setInputFiles({ name: "bad.csv", mimeType: "text/csv", buffer: Buffer.from(lines) });
+  await part(page, "log-state").filter({ hasText: "line 3: column `left`: `many` is not a number" }).waitFor();
+  assert.equal(await page.evaluate(() => window.page.model.kind), "live");
 });

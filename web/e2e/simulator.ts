@@ -1,5 +1,5 @@
 /** The simulator as a process of its own: `$HIL_SIM`, or the release build of this repository. */
-import { type ChildProcess, spawn } from "node:child_process";
+import { type ChildProcess, execFileSync, spawn } from "node:child_process";
 import { existsSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -54,6 +54,11 @@ function printed(child: ChildProcess, wanted: RegExp): Promise<string> {
       resolve(found);
     });
   });
+}
+
+/** Runs a script of hil-sim/scenarios and writes its trace. */
+export function trace(scenario: string, file: string): void {
+  execFileSync(BINARY, ["run", join(WEB, "../hil-sim/scenarios", scenario), "--trace", file], { stdio: ["ignore", "ignore", "inherit"] });
 }
 
 /** The page is served at `at`. */

@@ -378,12 +378,11 @@ export class LiveModel implements Model {
 
   #makePolls(): Polls {
     const base = this.#base;
-    const isClear = () => !base.recorder.stream || !isLikePath(base.recorder.stream);
     const moves = () => base.status !== undefined && (base.status.moveState !== "HOLD" || base.status.turnState !== "HOLD");
     const polls = [
       { line: "GetEstPos", pace: () => 200 },
       { line: "GetStatus", pace: () => 250 },
-      { line: "GetPath", pace: () => (base.path.mode !== "idle" && isClear() ? 1000 : undefined) },
+      { line: "GetPath", pace: () => (base.path.mode !== "idle" && !this.#isLikePath() ? 1000 : undefined) },
       { line: "GetMap", pace: () => (base.map && moves() ? 10_000 : undefined) },
       { line: "GetGains", pace: () => (base.calibrating || this.#looksAtGains ? 1000 : undefined) },
       { line: "ListParams", pace: () => undefined },
@@ -391,8 +390,15 @@ export class LiveModel implements Model {
     return new Polls(polls, (line) => this.#client.ask(line, { poll: true }));
   }
 
+  #isLikePath(): boolean {
+    const { stream } = this.#base.recorder;
+    return stream !== undefined && isLikePath(stream);
+  }
+
   #want(line: string): void {
-    if (!this.mayDrive || this.#polls.want(line)) return;
+    // Rows of a path could not be told from such telemetry.
+    if (!this.mayDrive || (line === "GetPath" && this.#isLikePath())) return;
+    if (this.#polls.want(line)) return;
     // Not answered: the list of the parameters tells it later.
     this.#client.ask(line, { poll: true }).catch(() => this.#polls.want("ListParams"));
   }
