@@ -6,7 +6,7 @@
 import { Client } from "../protocol/client.ts";
 import { haltOf } from "../protocol/command.ts";
 import { unwrap } from "../protocol/line.ts";
-import { isLikePath, streamOf } from "../protocol/telemetry.ts";
+import { streamOf } from "../protocol/telemetry.ts";
 import { type Clock, every, clock as pageClock } from "../transport/clock.ts";
 import type { Opened, Transport } from "../transport/transport.ts";
 import { Base } from "./base.ts";
@@ -14,8 +14,8 @@ import { Conversation } from "./conversation.ts";
 import { changeAt } from "./faults.ts";
 import { Meter } from "./meter.ts";
 import type { Alarm, Connection, Cursor, Model, Spoken, Topic } from "./model.ts";
-import { type Line, orders, ownStream } from "./orders.ts";
-import { Polls } from "./polls.ts";
+import { type Line, orders } from "./orders.ts";
+import { Questions } from "./questions.ts";
 import { Seat } from "./seat.ts";
 import { Simulated } from "./simulated.ts";
 import { type NextFrame, nextFrame, Topics } from "./topics.ts";
@@ -30,17 +30,10 @@ export interface LiveOptions {
 }
 
 const TICK_MS = 50;
-/** What was not answered is asked again after this. */
-const GREET_AGAIN_MS = 500;
 /** Who comes back after a loss may find the seat taken by himself, and gets it again within this. */
 const SEAT_MS = 15_000;
 /** How long an alarm stands that nothing else ends. */
 const WARNING_MS = 5000;
-/** A true pose that is older is no fix: the base refuses 1.5 s. */
-const MAX_AGE_S = 1;
-const GREETING = ["Version", "ListParams", "GetStatus"] as const;
-/** What may be there already, when a page comes to a base that is under way. */
-const KNOWN_LATER = ["GetEstPos", "GetPath", "GetMap", "GetGains"] as const;
 
 export class LiveModel implements Model {
   readonly kind = "live";
@@ -49,37 +42,30 @@ export class LiveModel implements Model {
   alarm: Alarm | undefined;
   readonly #transport: Transport;
   readonly #clock: Clock;
-  readonly #isHidden: () => boolean;
   readonly #topics: Topics;
   readonly #base: Base;
   readonly #client: Client;
-  readonly #polls: Polls;
+  readonly #questions: Questions;
   readonly #seat: Seat;
   readonly #simulated: Simulated;
   readonly #conversation = new Conversation();
   readonly #meter = new Meter();
   /** Tags of the page's own questions, whose answers are no more than chatter. */
   readonly #chatter = new Set<number | undefined>();
-  /** Changes with each connection and each start of the base: what was begun before does not go on. */
-  #generation = 0;
+  /** Ends the wait for a seat in which an unanswered Stop could be sent. */
   #forgetting = () => {};
-  #looksAtGains = false;
-  /** When a reply was heard, and telemetry was missed. */
-  #repliedAt = Number.NEGATIVE_INFINITY;
-  #missedAt = Number.NEGATIVE_INFINITY;
   #warning = () => {};
   #ticking = () => {};
 
   constructor(transport: Transport, options: LiveOptions = {}) {
     this.#transport = transport;
     this.#clock = options.clock ?? pageClock;
-    this.#isHidden = options.isHidden ?? (() => typeof document !== "undefined" && document.hidden);
     this.#topics = new Topics(options.frame ?? nextFrame(this.#clock));
     this.#seat = new Seat(transport);
     this.#simulated = new Simulated(this.#clock);
     this.#base = new Base({
       changed: (...topics) => this.#topics.publish(...topics),
-      want: (line) => this.#want(line),
+      want: (line) => this.#questions.want(line),
       anew: () => this.#anew(),
       streaming: (on) => transport.expectTraffic(on),
       now: () => this.#clock.now(),
@@ -91,7 +77,14 @@ export class LiveModel implements Model {
       alarm: (text) => this.#raise(text),
       firstTag: options.firstTag ?? Math.floor(Math.random() * 65_536),
     });
-    this.#polls = this.#makePolls();
+    this.#questions = new Questions({
+      client: this.#client,
+      base: this.#base,
+      clock: this.#clock,
+      mayAsk: () => this.mayDrive,
+      isHidden: options.isHidden ?? (() => typeof document !== "undefined" && document.hidden),
+      note: (text) => this.#note(text),
+    });
     transport.attach({
       connecting: () => this.#connecting(),
       opened: (opened) => this.#opened(opened),
@@ -108,7 +101,7 @@ export class LiveModel implements Model {
   }
 
   close(): void {
-    this.#generation += 1;
+    this.#questions.end();
     this.#ticking();
     this.#warning();
     this.#forgetting();
@@ -222,7 +215,7 @@ export class LiveModel implements Model {
     if (role === "drive") {
       this.#forgetting();
       this.#client.opened(!another);
-      void this.#greet();
+      void this.#questions.begin();
     } else {
       this.#forgetting();
       this.#forgetting = this.#clock.after(SEAT_MS, () => this.#forgetHalts());
@@ -244,7 +237,7 @@ export class LiveModel implements Model {
   }
 
   #cut(why: string): void {
-    this.#generation += 1;
+    this.#questions.end();
     this.#client.lost(why);
     this.#simulated.lost();
     this.#base.reconnected();
@@ -253,32 +246,12 @@ export class LiveModel implements Model {
 
   /** The base has started anew: it has forgotten the telemetry that it was asked for, and all that has no place in its flash. */
   #anew(): void {
-    this.#generation += 1;
+    this.#questions.end();
     this.#client.restarted();
     this.#base.forget();
     this.#transport.expectTraffic(false);
     this.#note("the base has started anew");
-    if (this.mayDrive) void this.#greet();
-  }
-
-  /** Asks all there is to know, until it is answered. */
-  async #greet(): Promise<void> {
-    this.#generation += 1;
-    const generation = this.#generation;
-    const isCurrent = () => generation === this.#generation;
-    this.#polls.reset();
-    const ask = (line: string) => this.#client.ask(line, { poll: true });
-    const steps = [...GREETING.map((line) => () => ask(line)), () => ownStream({ ask }), ...KNOWN_LATER.map((line) => () => ask(line))];
-    for (const step of steps) {
-      while (isCurrent()) {
-        try {
-          await step();
-          break;
-        } catch {
-          await new Promise<void>((resolve) => this.#clock.after(GREET_AGAIN_MS, resolve));
-        }
-      }
-    }
+    if (this.mayDrive) void this.#questions.begin();
   }
 
   // What is heard.
@@ -300,7 +273,7 @@ export class LiveModel implements Model {
     if (kind === "row") this.#client.touch();
     if (kind === "reply") {
       const { tag } = unwrap(line);
-      this.#repliedAt = this.#clock.elapsed();
+      this.#questions.replied();
       this.#speak("heard", line, this.#chatter.delete(tag));
       this.#client.heard(line);
     } else if (kind !== "telemetry" || !this.#base.streaming) {
@@ -358,49 +331,8 @@ export class LiveModel implements Model {
   // What is asked.
 
   #tick(): void {
-    const now = this.#clock.elapsed();
-    this.#meter.tick(now, this.#transport.traffic);
-    // Who looks elsewhere gives no signs of life: the base's deadman is in charge then.
-    if (this.mayDrive && !this.#isHidden()) this.#polls.tick(now);
-    this.#missTelemetry(now);
-  }
-
-  /** A base that answers and has fallen silent otherwise was reset, and nobody has heard it say so. */
-  #missTelemetry(now: number): void {
-    const { stream } = this.#base.recorder;
-    if (!this.mayDrive || !stream || stream.period <= 0 || this.telemetryAt === 0) return;
-    const missed = this.#clock.now() - this.telemetryAt > 1000 * Math.max(1, 5 * stream.period);
-    if (!missed || now - this.#repliedAt > 500 || now - this.#missedAt < 3000) return;
-    this.#missedAt = now;
-    this.#note("telemetry has stopped: it is asked for again");
-    ownStream({ ask: (line) => this.#client.ask(line, { poll: true }) }).catch(() => {});
-  }
-
-  #makePolls(): Polls {
-    const base = this.#base;
-    const moves = () => base.status !== undefined && (base.status.moveState !== "HOLD" || base.status.turnState !== "HOLD");
-    const polls = [
-      { line: "GetEstPos", pace: () => 200 },
-      { line: "GetStatus", pace: () => 250 },
-      { line: "GetPath", pace: () => (base.path.mode !== "idle" && !this.#isLikePath() ? 1000 : undefined) },
-      { line: "GetMap", pace: () => (base.map && moves() ? 10_000 : undefined) },
-      { line: "GetGains", pace: () => (base.calibrating || this.#looksAtGains ? 1000 : undefined) },
-      { line: "ListParams", pace: () => undefined },
-    ];
-    return new Polls(polls, (line) => this.#client.ask(line, { poll: true }));
-  }
-
-  #isLikePath(): boolean {
-    const { stream } = this.#base.recorder;
-    return stream !== undefined && isLikePath(stream);
-  }
-
-  #want(line: string): void {
-    // Rows of a path could not be told from such telemetry.
-    if (!this.mayDrive || (line === "GetPath" && this.#isLikePath())) return;
-    if (this.#polls.want(line)) return;
-    // Not answered: the list of the parameters tells it later.
-    this.#client.ask(line, { poll: true }).catch(() => this.#polls.want("ListParams"));
+    this.#meter.tick(this.#clock.elapsed(), this.#transport.traffic);
+    this.#questions.tick();
   }
 
   #line(): Line {
@@ -418,11 +350,8 @@ export class LiveModel implements Model {
         if (!send) return Promise.reject(new Error("this base is no simulated one"));
         return model.#simulated.ask(request, send);
       },
-      watchGains: (on) => {
-        model.#looksAtGains = on;
-        if (on) model.#want("GetGains");
-      },
-      truth: () => model.#truth(),
+      watchGains: (on) => model.#questions.watchGains(on),
+      truth: () => model.#simulated.truth(model.history.last, model.telemetryAt),
     };
   }
 
@@ -449,13 +378,6 @@ export class LiveModel implements Model {
     }
     this.#topics.publish("events");
     this.#client.halt(what).catch((error: Error) => this.#note(error.message));
-  }
-
-  #truth(): { x: number; y: number; theta: number; age: number } | undefined {
-    const { world, age } = this.#simulated;
-    const silent = this.#clock.now() - this.telemetryAt;
-    if (!world || age === undefined || age > MAX_AGE_S || silent > 1000 * MAX_AGE_S) return undefined;
-    return { ...world.pose, age };
   }
 
   // What is told.

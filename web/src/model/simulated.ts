@@ -1,9 +1,11 @@
 /** The simulated world as the page knows it, and what is asked of it. */
 import type { Clock } from "../transport/clock.ts";
 import { BaseClock } from "./baseclock.ts";
-import type { World, WorldRequest } from "./model.ts";
+import type { Pose, World, WorldRequest } from "./model.ts";
 import type { Hello, Moment } from "./worldline.ts";
 
+/** A true pose that is older is no fix: the base refuses 1.5 s. */
+const MAX_AGE_S = 1;
 /** The server answers at once. */
 const ANSWER_MS = 3000;
 
@@ -51,6 +53,16 @@ export class Simulated {
     if (!this.world) return undefined;
     const now = this.#baseClock.now(this.#clock.elapsed() / 1000, this.world.speed ?? 1);
     return now === undefined ? undefined : Math.max(0, now - this.world.pose.t);
+  }
+
+  /** The true pose and its age by the base's clock, which showed `t` when the page's showed `heardAt`; undefined if there is none, or it is too old. */
+  truth(t: number, heardAt: number): (Pose & { readonly age: number }) | undefined {
+    const { world } = this;
+    const now = this.#clock.now();
+    const silent = (now - heardAt) / 1000;
+    if (!world || silent > MAX_AGE_S || now - world.heardAt > 1000 * MAX_AGE_S) return undefined;
+    const age = Math.max(0, t + silent * (world.speed ?? 1) - world.pose.t);
+    return age > MAX_AGE_S ? undefined : { ...world.pose, age };
   }
 
   /** Another base, which may have no simulated world. */
