@@ -351,7 +351,7 @@ export class LiveModel implements Model {
         return model.#simulated.ask(request, send);
       },
       watchGains: (on) => model.#questions.watchGains(on),
-      truth: () => model.#simulated.truth(model.history.last, model.telemetryAt),
+      truth: () => model.#simulated.truth(model.telemetryAt),
     };
   }
 

@@ -55,14 +55,12 @@ export class Simulated {
     return now === undefined ? undefined : Math.max(0, now - this.world.pose.t);
   }
 
-  /** The true pose and its age by the base's clock, which showed `t` when the page's showed `heardAt`; undefined if there is none, or it is too old. */
-  truth(t: number, heardAt: number): (Pose & { readonly age: number }) | undefined {
-    const { world } = this;
-    const now = this.#clock.now();
-    const silent = (now - heardAt) / 1000;
-    if (!world || silent > MAX_AGE_S || now - world.heardAt > 1000 * MAX_AGE_S) return undefined;
-    const age = Math.max(0, t + silent * (world.speed ?? 1) - world.pose.t);
-    return age > MAX_AGE_S ? undefined : { ...world.pose, age };
+  /** The true pose with its age, while telemetry is alive; undefined if there is none, or it is too old for a fix. `heardAt`: of telemetry, by the page's clock. */
+  truth(heardAt: number): (Pose & { readonly age: number }) | undefined {
+    const { world, age } = this;
+    const silent = this.#clock.now() - heardAt;
+    if (!world || age === undefined || age > MAX_AGE_S || silent > 1000 * MAX_AGE_S) return undefined;
+    return { ...world.pose, age };
   }
 
   /** Another base, which may have no simulated world. */
