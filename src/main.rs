@@ -198,7 +198,7 @@ mod app {
                 .snapshots
                 .replace_with(|snapshot| controller.update_snapshot(snapshot));
         }
-        let elapsed = ctx.local.timer.elapsed();
+        let elapsed = board::steps_since_due();
         let idle_alive = ctx.shared.tick_end.swap(elapsed, Ordering::Relaxed) == 0;
         if ctx.local.heartbeat.beat(idle_alive) {
             ctx.local.watchdog.feed();

@@ -273,12 +273,12 @@ impl Ticker {
     pub fn acknowledge(&mut self) {
         self.0.clear_flags(timer::Flag::Update);
     }
+}
 
-    /// Steps of the timer since the tick was due.
-    pub fn elapsed(&self) -> u32 {
-        // SAFETY: only read, which has no effect; the HAL's counter does not offer it.
-        unsafe { (*pac::TIM5::ptr()).cnt().read().bits() }
-    }
+/// Steps of the tick's timer since the last tick was due.
+pub fn steps_since_due() -> u32 {
+    // SAFETY: only read, which has no effect; the HAL's counter does not offer it.
+    unsafe { (*pac::TIM5::ptr()).cnt().read().bits() }
 }
 
 /// What share of the tick's period so many steps of its timer are.
