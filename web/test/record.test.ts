@@ -1,4 +1,5 @@
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import { blank, Ring } from "../src/model/history.ts";
 import { LogModel } from "../src/model/log.ts";
@@ -48,6 +49,7 @@ test("a trace: radians become degrees, with the truth, the covariance and the fa
   model.setCursor(0.7);
   assert.equal(model.status?.fault, "none");
   assert.ok(model.commands === undefined && !model.mayDrive);
+  assert.match(model.spoken.at(-1)?.text ?? "", /does not tell the vehicle; it is drawn as differential, 0.3 m .* since no base has told/);
 });
 
 test("what is wrong is told with its line and column", async () => {
@@ -66,6 +68,10 @@ test("what is wrong is told with its line and column", async () => {
     ["t,left,right,x\n", /^Error: line 1: of the columns x, y and theta/],
     ["t,left\n", /^Error: line 1: these are not the columns/],
     ["t,drive,steer\n", /vehicle that steers/],
+    // A car's: not to be taken for a differential drive's.
+    ["t,left,right,steer,front_left,front_right\n", /^Error: line 1: .*vehicle that steers/],
+    ["t,left,right\n0,1,2\n1,1.5,2\n", /^Error: line 3: column `left`: 1.5 is not a count$/],
+    ["t,left,right\n0,1,3e9\n", /^Error: line 2: column `right`: 3000000000 is not a count$/],
   ];
   for (const [text, message] of wrong)
     await assert.rejects(
@@ -160,10 +166,11 @@ test("a transcript: telemetry by its look, estimates, faults, and all that was s
     "0.100\t~ 0.100 0.100000 0.200000 30.00000 0.300000 1.00000",
     "0.120\t~ 0.120 0.2 0 0 0 0 0 0 HOLD",
     "0.200\t~ place door 0.300",
-    "0.300\t@4 EstPos 0.5 0.2 30 1e-4 0 0 1e-4 0 1",
+    "0.300\t@4 EstPos 0.4 0.2 30 1e-4 0 0 1e-4 0 1",
     "0.400\t! fault no-motion left",
     "0.500\tStatus HOLD HOLD enabled no-motion",
-    "0.600\tOK*0000",
+    "0.700\t@5 EstPos 0.5 0.2 30 1e-4 0 0 1e-4 0 1",
+    "0.800\tOK*0000",
     "",
   ].join("\n");
   const model = await readLog(file(text, "run.txt"), NOBODY);
@@ -171,9 +178,15 @@ test("a transcript: telemetry by its look, estimates, faults, and all that was s
     [model.history.length, model.history.at("x", 0), model.history.at("v_s", 0), model.history.at("x", 1)],
     [2, 0.1, 0.3, 0.5],
   );
-  assert.equal(model.estimates[0]?.t, 0.3);
-  assert.equal(model.spoken.length, 8);
-  assert.match(model.spoken[7]?.text ?? "", /damaged/);
+  // Among telemetry a reply is no row of its own, but what it tells is kept.
+  assert.deepEqual(
+    model.estimates.map(({ t }) => t),
+    [0.3, 0.7],
+  );
+  assert.ok(model instanceof LogModel);
+  assert.deepEqual([model.faultAt(0.3), model.faultAt(0.4)], [undefined, "no-motion"]);
+  assert.equal(model.spoken.length, 10);
+  assert.match(model.spoken[8]?.text ?? "", /damaged/);
   await assert.rejects(readRecording(file("1.0\tOK\nrubbish\n"), NOBODY), /line 2: column 1: `rubbish`/);
 });
 
@@ -219,4 +232,32 @@ test("random damage to a log is an error with its line, or no matter; never a ha
     }
   }
   assert.ok(refused > 50);
+});
+
+/** What `hil-sim run hil-sim/scenarios/faults.script` gave: with `--trace` and `--trace-period 0.25`, and what it printed. */
+const real = async (name: string) => readLog(file(await readFile(new URL(`data/${name}`, import.meta.url), "utf8"), name, 1000), NOBODY);
+
+test("a run in which things break: its trace and its transcript tell the same faults", async () => {
+  const trace = await real("faults-trace.csv");
+  const transcript = await real("faults-transcript.txt");
+  assert.ok(trace instanceof LogModel && transcript instanceof LogModel);
+  // Between two rows of the trace nothing is known: times are such that both have told.
+  for (const [t, fault] of [
+    [2.4, "no-motion"],
+    [3, "estop"],
+    [4.8, "none"],
+    [6, "mismatch"],
+    [11.2, "none"],
+  ] as const) {
+    assert.deepEqual([t, trace.faultAt(t), transcript.faultAt(t)], [t, fault, fault]);
+  }
+  // No pose is told in the transcript, and still it can be scrubbed through, with its states.
+  assert.ok(Number.isNaN(transcript.history.at("x", 0)));
+  transcript.setCursor(2.6);
+  assert.deepEqual(transcript.status, { moveState: "HOLD", turnState: "HOLD", enabled: true, fault: "estop" });
+  trace.setCursor(2.05);
+  assert.deepEqual([trace.status?.moveState, trace.status?.fault], ["MOVE", "none"]);
+  // The stuck encoder makes the estimate stop short of where the base is.
+  const last = trace.history.length - 1;
+  assert.ok(trace.history.at("true_x", last) - trace.history.at("x", last) > 0.02);
 });

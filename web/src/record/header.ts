@@ -1,5 +1,8 @@
 /** The columns of a CSV file, and its cells. */
 
+/** More counts than the base's own counters hold are none. */
+const MAX_COUNT = 2 ** 31 - 1;
+
 export class Columns {
   readonly names: readonly string[];
   #at: ReadonlyMap<string, number>;
@@ -36,6 +39,13 @@ export class Columns {
     const cell = row[at] ?? "";
     const value = Number(cell);
     if (cell === "" || !Number.isFinite(value)) throw new Error(`column \`${this.names[at]}\`: \`${clip(cell)}\` is not a number`);
+    return value;
+  }
+
+  /** A cell's counts of an encoder. Throws if it is no whole number of them. */
+  count(row: readonly string[], at: number): number {
+    const value = this.number(row, at);
+    if (!Number.isInteger(value) || Math.abs(value) > MAX_COUNT) throw new Error(`column \`${this.names[at]}\`: ${value} is not a count`);
     return value;
   }
 

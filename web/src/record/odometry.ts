@@ -57,7 +57,8 @@ export function step(pose: readonly [number, number, number], left: number, righ
 }
 
 export function odometry(columns: Columns, to: Builder): TakeRow {
-  if (columns.has("drive"))
+  // A car's counts are named as a differential drive's; what tells them apart is the steering.
+  if (["drive", "steer", "turn"].some((name) => columns.has(name)))
     throw new Error("the counts are of a vehicle that steers: let `hil-sim replay --out` make a track of them, and load that");
   const { wheels } = to;
   to.geometry = {
@@ -78,7 +79,7 @@ export function odometry(columns: Columns, to: Builder): TakeRow {
     const { sample } = to;
     to.clear();
     sample.t = columns.number(cells, t ?? 0);
-    const counts = [columns.number(cells, left ?? 0), columns.number(cells, right ?? 0)] as const;
+    const counts = [columns.count(cells, left ?? 0), columns.count(cells, right ?? 0)] as const;
     const known = truth.map((at) => columns.number(cells, at));
     const [x, y, theta] = known;
     if (x !== undefined && y !== undefined && theta !== undefined) {

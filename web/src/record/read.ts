@@ -43,7 +43,14 @@ export async function readRecording(file: Source, known: Known): Promise<Recordi
       }
     }
   }
+  // Counts are integrated with wheels of their own; of the other files none tells the vehicle.
+  if (builder.geometry === known.geometry) builder.note(shapeNote(known));
   return builder.finish(file.name);
+}
+
+function shapeNote({ geometry, parameters }: Known): string {
+  const whose = parameters.size > 0 ? "the connected base's" : "what a new base has, since no base has told its own";
+  return `the log does not tell the vehicle; it is drawn as ${geometry.vehicle}, ${geometry.wheelBase} m between its wheels or axles: ${whose}`;
 }
 
 /** Lines of the file that are no more than comments, or empty, say nothing. */
