@@ -36,8 +36,11 @@ beforeEach(async () => {
   context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
 });
 afterEach(async () => {
-  await context.close();
-  await simulator.end();
+  try {
+    await context.close();
+  } finally {
+    await simulator.end();
+  }
   assertNoComplaints();
 });
 after(() => browser.close());

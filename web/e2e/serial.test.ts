@@ -42,8 +42,11 @@ beforeEach(async () => {
 afterEach(async () => {
   cable?.end();
   cable = undefined;
-  await context.close();
-  await simulator.end();
+  try {
+    await context.close();
+  } finally {
+    await simulator.end();
+  }
   assertNoComplaints();
 });
 after(() => browser.close());

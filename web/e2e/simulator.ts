@@ -9,6 +9,13 @@ export const WEB = dirname(here);
 const BINARY = process.env.HIL_SIM ?? join(WEB, "../target/release/hil-sim");
 const START_MS = 20_000;
 
+/** They end with this process, whatever it ends by: a test that hangs is ended by a signal, and leaves none behind. */
+const running = new Set<ChildProcess>();
+process.once("exit", () => {
+  for (const child of running) child.kill("SIGKILL");
+});
+for (const signal of ["SIGINT", "SIGTERM", "SIGHUP"] as const) process.once(signal, () => process.exit(1));
+
 export interface Simulator {
   /** What it has printed that the caller waits for: an address or a path. */
   readonly at: string;
@@ -21,7 +28,9 @@ export interface Simulator {
 async function start(args: readonly string[], wanted: RegExp): Promise<Simulator> {
   if (!existsSync(BINARY)) throw new Error(`${BINARY} is not there: cargo build --release -p hil-sim, or set HIL_SIM`);
   const child = spawn(BINARY, ["drive", ...args], { stdio: ["pipe", "pipe", "inherit"] });
+  running.add(child);
   const ended = new Promise<void>((resolve) => child.once("exit", () => resolve()));
+  void ended.then(() => running.delete(child));
   return {
     at: await printed(child, wanted),
     pid: child.pid ?? 0,

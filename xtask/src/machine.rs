@@ -72,18 +72,27 @@ pub const LOGS: Need = Need {
     get: "put them into ../shared/data, or set VEHICLE_CONTROLLER_SHARED to their folder",
 };
 
-pub const PAGE: Need = Need {
-    name: "node, npm and Chromium",
-    present: |session| {
-        let tools = page::tools(session);
-        if let Err(error) = &tools {
-            println!("{error:#}");
-        }
-        tools.is_ok()
-    },
-    without: "the live page is neither checked nor built nor driven by a browser; what is in the repository is served",
+pub const NODE: Need = Need {
+    name: "node and npm",
+    present: |session| said(&page::node(session)),
+    without: "the live page is neither checked nor built; what is in the repository is served",
     get: "as above",
 };
+
+pub const BROWSER: Need = Need {
+    name: "Chromium",
+    present: |session| said(&page::browser(session)),
+    without: "the live page is not driven by a browser",
+    get: "as above",
+};
+
+/// Whether it is there; if not, why.
+fn said(found: &anyhow::Result<()>) -> bool {
+    if let Err(error) = found {
+        println!("{error:#}");
+    }
+    found.is_ok()
+}
 
 /// All of them.
 pub const NEEDS: &[&Need] = &[
@@ -93,7 +102,8 @@ pub const NEEDS: &[&Need] = &[
     &PYTHON,
     &BASH,
     &LOGS,
-    &PAGE,
+    &NODE,
+    &BROWSER,
 ];
 
 /// Python 3 goes by another name on Windows.

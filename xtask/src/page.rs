@@ -15,12 +15,14 @@ const FOLDER: &str = "web";
 /// What `hil-sim` serves; it is in the repository, so that nobody needs node to run the simulator.
 const BUILT: &str = "web/dist/index.html";
 
-/// Oldest node that the page's tools work with.
-const NODE: u32 = 18;
-const PACKAGES: &str = "nodejs npm chromium";
+/// Oldest node that the page's tools work with, and that has `--import`.
+const NODE: (u32, u32) = (18, 18);
+/// What npm has installed, in npm's own words, is kept here.
+const INSTALLED: &str = "web/node_modules/.package-lock.installed.json";
+const LOCK: &str = "web/package-lock.json";
 const PROBE: Duration = Duration::from_secs(20);
 
-/// How the long run is.
+/// How long the long run is.
 #[derive(Args)]
 pub struct Soak {
     /// How long the page is watched
@@ -28,43 +30,77 @@ pub struct Soak {
     minutes: f64,
 }
 
-/// Whether the tools are there, or can be had.
+/// Whether node and npm are there, or can be had.
 ///
 /// # Errors
 /// With what is missing, and how to get it.
-pub fn tools(session: &Session) -> Result<()> {
-    let Some(missing) = missing(session) else {
+pub fn node(session: &Session) -> Result<()> {
+    let (major, minor) = NODE;
+    let elsewhere = format!("install node {major}.{minor} or newer with npm");
+    get(session, no_node, &elsewhere)
+}
+
+/// Whether Chromium is there, or can be had.
+///
+/// # Errors
+/// With what is missing, and how to get it.
+pub fn browser(session: &Session) -> Result<()> {
+    let elsewhere = "install Chromium, or say by CHROMIUM where it is";
+    get(session, no_browser, elsewhere)
+}
+
+/// What is missing, and Debian's packages for it.
+struct Missing {
+    what: String,
+    packages: &'static str,
+}
+
+fn get(session: &Session, missing: fn(&Session) -> Option<Missing>, elsewhere: &str) -> Result<()> {
+    let Some(Missing { what, packages }) = missing(session) else {
         return Ok(());
     };
-    let elsewhere =
-        format!("install node {NODE} or newer with npm, and Chromium (CHROMIUM says where it is)");
-    debian::install(session, PACKAGES, &missing, &elsewhere)?;
-    match self::missing(session) {
+    debian::install(session, packages, &what, elsewhere)?;
+    match missing(session) {
         None => Ok(()),
-        Some(missing) => bail!("{missing}, and apt-get could not install it: {elsewhere}"),
+        Some(Missing { what, .. }) => {
+            bail!("{what}, and apt-get could not install it: {elsewhere}")
+        }
     }
 }
 
-fn missing(session: &Session) -> Option<String> {
+/// Only what is missing is installed: a node from elsewhere brings an npm of its own, and stands in the way of Debian's.
+fn no_node(session: &Session) -> Option<Missing> {
     let version = capture(session.command("node", ["--version"]), PROBE);
     let version = version.map(|(_, text)| text).unwrap_or_default();
-    match major(&version) {
-        None => return Some("no node".into()),
-        Some(major) if major < NODE => {
-            return Some(format!("node {} is too old", version.trim()));
+    let what = match number(&version) {
+        None => "no node".to_owned(),
+        Some(number) if number < NODE => format!("node {} is too old", version.trim()),
+        Some(_) if succeeds(session.command(NPM, ["--version"]), PROBE) => return None,
+        Some(_) => {
+            return Some(Missing {
+                what: "no npm".into(),
+                packages: "npm",
+            });
         }
-        Some(_) => {}
-    }
-    if !succeeds(session.command(NPM, ["--version"]), PROBE) {
-        return Some("no npm".into());
-    }
-    chromium(session).is_none().then(|| "no Chromium".into())
+    };
+    Some(Missing {
+        what,
+        packages: "nodejs npm",
+    })
 }
 
-/// `v20.19.2` is 20.
-fn major(version: &str) -> Option<u32> {
+fn no_browser(session: &Session) -> Option<Missing> {
+    chromium(session).is_none().then(|| Missing {
+        what: "no Chromium".into(),
+        packages: "chromium",
+    })
+}
+
+/// `v20.19.2` is 20 and 19.
+fn number(version: &str) -> Option<(u32, u32)> {
     let version = version.trim().strip_prefix('v')?;
-    version.split('.').next()?.parse().ok()
+    let mut numbers = version.split('.').map(str::parse);
+    Some((numbers.next()?.ok()?, numbers.next()?.ok()?))
 }
 
 const NPM: &str = if cfg!(windows) { "npm.cmd" } else { "npm" };
@@ -98,9 +134,26 @@ fn npm(session: &Session, arguments: &str) -> Command {
     command
 }
 
-/// Gets exactly the packages that the page was made with.
+/// Gets exactly the packages that the page was made with, unless they are there.
 pub fn packages(session: &Session) -> Result<Outcome> {
-    session.run(&mut npm(session, "ci --no-audit --no-fund"))
+    let lock = std::fs::read(session.root.join(LOCK)).with_context(|| LOCK.to_owned())?;
+    let installed = session.root.join(INSTALLED);
+    if std::fs::read(&installed).is_ok_and(|installed| installed == lock) {
+        println!("what {LOCK} names is installed");
+        return Ok(Outcome::Passed);
+    }
+    let outcome = session.run(&mut npm(session, "ci --no-audit --no-fund"))?;
+    match outcome {
+        Outcome::Passed => {
+            std::fs::write(&installed, &lock).with_context(|| INSTALLED.to_owned())?;
+            Ok(outcome)
+        }
+        // A lock file that is wrong is a mistake; a network that is not there is none.
+        _ if !succeeds(npm(session, "ping"), PROBE) => Ok(Outcome::Skipped(
+            "npm's registry cannot be reached: the page is neither checked nor driven".into(),
+        )),
+        outcome => Ok(outcome),
+    }
 }
 
 /// Format, lints, types and unit tests.
@@ -137,10 +190,9 @@ pub fn end_to_end(session: &Session) -> Result<Outcome> {
 
 /// The same for a long time, with an eye on memory and frames.
 pub fn soak(session: &Session, options: &Soak) -> Result<Outcome> {
-    tools(session)?;
-    if !has_packages(session) {
-        packages(session)?;
-    }
+    node(session)?;
+    browser(session)?;
+    packages(session)?;
     let mut soak = npm(session, "run soak");
     soak.env("SOAK_MINUTES", options.minutes.to_string());
     with_packages(session, || in_browser(session, &mut soak))
@@ -168,7 +220,7 @@ fn simulator(session: &Session) -> Result<PathBuf> {
 }
 
 fn has_packages(session: &Session) -> bool {
-    session.root.join(FOLDER).join("node_modules").is_dir()
+    session.root.join(INSTALLED).is_file()
 }
 
 fn with_packages(session: &Session, work: impl FnOnce() -> Result<Outcome>) -> Result<Outcome> {
@@ -182,13 +234,14 @@ fn with_packages(session: &Session, work: impl FnOnce() -> Result<Outcome>) -> R
 
 #[cfg(test)]
 mod tests {
-    use super::major;
+    use super::{NODE, number};
 
     #[test]
     fn node_says_its_version() {
-        assert_eq!(major("v18.20.4\n"), Some(18));
-        assert_eq!(major("v20.19.2"), Some(20));
-        assert_eq!(major(""), None);
-        assert_eq!(major("20"), None);
+        assert_eq!(number("v18.20.4\n"), Some((18, 20)));
+        assert!(number("v18.4.0") < Some(NODE) && number("v20.1.2") > Some(NODE));
+        for none in ["", "20", "v20", "vx.1"] {
+            assert_eq!(number(none), None, "{none}");
+        }
     }
 }

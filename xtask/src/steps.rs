@@ -9,7 +9,7 @@ use crate::image::toolchain::{self, Toolchain};
 use crate::image::vehicle::Vehicle;
 use crate::image::{self, Which};
 use crate::machine::{
-    BASH, CXX, FIRMWARE_TARGET, LOGS, Machine, NEEDS, NEXTEST, Need, PAGE, PYTHON,
+    BASH, BROWSER, CXX, FIRMWARE_TARGET, LOGS, Machine, NEEDS, NEXTEST, NODE, Need, PYTHON,
 };
 use crate::run::{Outcome, Session};
 use crate::{fuzz, page, pyserial, readme, soak};
@@ -52,10 +52,10 @@ const STEPS: &[Step] = &[
             "--package vehicle-controller --no-default-features",
         )
     }),
-    call("page: packages", |session, _| page::packages(session)).needs(&PAGE),
-    call("page: checks", |session, _| page::checks(session)).needs(&PAGE),
-    call("page: built", |session, _| page::built(session)).needs(&PAGE),
-    call("page: end to end", |session, _| page::end_to_end(session)).needs(&PAGE),
+    call("page: packages", |session, _| page::packages(session)).needs(&NODE),
+    call("page: checks", |session, _| page::checks(session)).needs(&NODE),
+    call("page: built", |session, _| page::built(session)).needs(&NODE),
+    call("page: end to end", |session, _| page::end_to_end(session)).needs(&BROWSER),
     // Among the tests already; here it says so when there are none.
     cargo(
         "real logs",
@@ -235,7 +235,7 @@ pub fn run_all(session: &mut Session) -> bool {
 
 /// Runs those of the live page; whether none has failed.
 pub fn run_page(session: &mut Session) -> bool {
-    let machine = Machine::look(session, &[&PAGE]);
+    let machine = Machine::look(session, &[&NODE, &BROWSER]);
     run(session, &machine, |step| step.name.starts_with("page: "))
 }
 
