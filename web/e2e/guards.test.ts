@@ -18,8 +18,11 @@ beforeEach(async () => {
   context = await browser.newContext();
 });
 afterEach(async () => {
-  await context.close();
-  await simulator.end();
+  try {
+    await context.close();
+  } finally {
+    await simulator.end();
+  }
 });
 after(() => browser.close());
 
