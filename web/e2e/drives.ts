@@ -5,6 +5,9 @@
 import assert from "node:assert/strict";
 import { ask, now, type Page, painted, part, rest, sent, shoot, type, until } from "./harness.ts";
 
+/** Of the top view at first. */
+const PIXELS_PER_METRE = 140;
+
 export async function typeAndSeeItMove(page: Page, pictures: string): Promise<void> {
   const start = await now(page, "x");
   const before = { way: await painted(page, "topview", "est"), move: await painted(page, "strip-states", "move") };
@@ -18,8 +21,7 @@ export async function typeAndSeeItMove(page: Page, pictures: string): Promise<vo
   // 2 mm: twice the tolerance within which a move is done.
   assert.ok(Math.abs((await now(page, "x")) - start - 1) < 0.002, `it is ${(await now(page, "x")) - start} m further`);
   const after = { way: await painted(page, "topview", "est"), move: await painted(page, "strip-states", "move") };
-  // 140 pixels a metre at first.
-  assert.ok(after.way.width - before.way.width > 60, `the way is drawn: ${JSON.stringify([before.way, after.way])}`);
+  assert.ok(after.way.width - before.way.width > 0.4 * PIXELS_PER_METRE, `the way is drawn: ${JSON.stringify([before.way, after.way])}`);
   // Three seconds of MOVE in a strip of thirty.
   assert.ok(after.move.pixels > before.move.pixels + 300, `the band is drawn: ${JSON.stringify([before.move, after.move])}`);
   for (const state of ["accel", "deccel"])
@@ -51,6 +53,8 @@ export async function clickAndStopByTheSpaceBar(page: Page, pictures: string): P
   await clickGoal(page, 60, -110);
   await until(page, "the path to where was clicked", (model) => model.path.mode === "path" && model.path.postures.length === 1);
   const goal = await ask(page, (model) => model.path.postures[0]);
+  // It has driven along y = 0, which is still the middle; 5 mm are less than a pixel.
+  assert.ok(Math.abs((goal?.y ?? Number.NaN) - 110 / PIXELS_PER_METRE) < 0.005, `what is above on the page is so on the floor: ${goal?.y}`);
   await until(page, "it drives there", (model) => model.status?.moveState === "MOVE" || model.status?.turnState === "MOVE");
   await shoot(page, `${pictures}-goal`);
   await until(page, "it is on its way", (model) => model.history.at("v_s", model.history.length - 1) > 0.1);
@@ -84,10 +88,15 @@ export async function spaceRightAfterEnter(page: Page): Promise<void> {
 }
 
 export async function shiftClickAddsPostures(page: Page): Promise<void> {
+  // Postures that a Stop has left would be driven to first.
+  await type(page, "Follow clear");
+  await until(page, "nothing is left", (model) => model.path.postures.length === 0);
   await clickGoal(page, 50, 40, ["Shift"]);
-  await until(page, "the first posture is driven to", (model) => model.path.mode === "path");
+  await until(page, "the first posture is driven to", (model) => model.path.mode === "path" && model.path.postures.length === 1);
   await clickGoal(page, -60, 50, ["Shift"]);
   await until(page, "two postures", (model) => model.path.postures.length === 2);
+  const [first, second] = await ask(page, (model) => model.path.postures);
+  assert.ok(first && second && first.x - second.x > 0.5, `the first is to the right of the second: ${JSON.stringify([first, second])}`);
   await part(page, "stop").click();
   await until(page, "the path is ended", (model) => model.path.mode === "idle");
   await rest(page);
