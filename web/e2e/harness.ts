@@ -129,7 +129,9 @@ export function painted(page: Page, within: string, colour: string): Promise<Pai
     ([testid, name]) => {
       const element = document.querySelector(`[data-testid="${testid}"]`) as HTMLElement;
       const probe = document.createElement("canvas").getContext("2d") as CanvasRenderingContext2D;
-      probe.fillStyle = getComputedStyle(element).getPropertyValue(`--${name}`).trim();
+      const wanted = getComputedStyle(element).getPropertyValue(`--${name}`).trim();
+      if (wanted === "") throw new Error(`the palette has no --${name}`);
+      probe.fillStyle = wanted;
       probe.fillRect(0, 0, 1, 1);
       const [red = 0, green = 0, blue = 0] = probe.getImageData(0, 0, 1, 1).data;
       let pixels = 0;
