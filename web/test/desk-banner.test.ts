@@ -41,10 +41,15 @@ test("a fault is told with its wheels, cause and clearing; one that is not known
 
 test("a lost connection says what the base does, and when the page tries again", () => {
   const connection = { state: "lost", to: "ws://x/base", why: "closed.", retryAt: 5_000 } as const;
-  const words = lostWords({ connection }, 3_200);
-  assert.match(words?.text ?? "", /does not hear this page: closed\. Its deadman stops motions without an end; others go on/);
-  assert.equal(words?.again, "Trying again in 2 s.");
-  assert.equal(lostWords({ connection }, 9_000)?.again, "Trying again now.");
-  assert.equal(lostWords({ connection: { ...connection, retryAt: undefined } }, 0)?.again, "");
-  assert.equal(lostWords({ connection: { state: "none" } }, 0), undefined);
+  const words = lostWords(connection, 1, 3_200);
+  assert.match(
+    words.text,
+    /does not hear this page: closed\. Its deadman stops motions without an end 1 s after the last line; others go on/,
+  );
+  assert.equal(words.again, "Trying again in 2 s.");
+  assert.match(lostWords(connection, 0, 3_200).text, /deadman is off: a motion without an end goes on/);
+  assert.match(lostWords(connection, undefined, 3_200).text, /without an end, unless it is off/);
+  assert.equal(lostWords(connection, 1, undefined).again, "Trying again now.");
+  assert.equal(lostWords(connection, 1, 9_000).again, "Trying again now.");
+  assert.equal(lostWords({ ...connection, retryAt: undefined }, 1, 0).again, "");
 });

@@ -186,7 +186,7 @@ test("a Stop between adding a posture and starting overtakes the start", async (
   const since = base.heard.length;
   transport.base = (line) => {
     const replies = base.reply(line);
-    if (unwrap(line).body === "GetPath") model.commands.stop();
+    if (unwrap(line).body.startsWith("Follow 1")) model.commands.stop();
     return replies;
   };
   await assert.rejects(model.commands.follow({ x: 1, y: 0, theta: 0 }), /overtaken by Stop/);
@@ -201,7 +201,7 @@ test("a typed Stop is a Stop; typed tags and checks are the page's business", as
   assert.equal(await model.commands.send("stop"), "OK");
   assert.match((await waiting[3]) ?? "", /overtaken/);
   const since = base.heard.length;
-  await model.commands.send("@5 GetTime*1234");
+  await model.commands.send(wrap(5, "GetTime"));
   assert.deepEqual(heard(since, "GetTime"), ["GetTime"]);
   await assert.rejects(model.commands.send("   "), /empty/);
 });
@@ -325,7 +325,7 @@ test("an unanswered Stop raises the alarm and is repeated", async () => {
   assert.ok(heard(0, "Stop").length >= 3);
 });
 
-test("another board at the same place: nothing of the old one is shown or sent to it", async () => {
+test("another board at the same place: nothing of the old one is shown, and nothing is sent to it but the Stop that was not answered", async () => {
   const { clock, base, begin, model, transport, telemetry } = bench();
   await begin();
   telemetry({ t: "1.000", x: "3.000000" });
@@ -341,7 +341,7 @@ test("another board at the same place: nothing of the old one is shown or sent t
     [model.history.length, model.estimates.length, model.status, model.parameters.size, model.version],
     [0, 0, undefined, 0, undefined],
   );
-  assert.ok(!base.heard.slice(since).includes("Stop"));
+  assert.equal(base.heard.slice(since)[0], "Stop");
 });
 
 test("who watches hears all and sends nothing", async () => {
@@ -387,6 +387,46 @@ test("a Stop that was not answered is not sent by who only watches; he is told",
   assert.match(model.alarm?.text ?? "", /not answered/);
   await clock.pass(2000);
   assert.match(model.alarm?.text ?? "", /another page drives/);
+});
+
+test("a Stop while the page waits for its own seat is sent when it is back", async () => {
+  const { clock, base, begin, model, transport } = bench();
+  await begin();
+  transport.goes();
+  const reply = transport.base;
+  transport.base = () => {
+    throw new Error("a watcher sent something");
+  };
+  transport.comes("watch");
+  await clock.pass(1000);
+  model.commands.stop();
+  assert.match(model.alarm?.text ?? "", /Stop is not answered/);
+  transport.base = reply;
+  const since = base.heard.length;
+  transport.comes("drive");
+  await clock.pass(100);
+  assert.equal(base.heard[since], "Stop");
+  assert.equal(model.alarm, undefined);
+});
+
+test("a typed check that is wrong is not made right", async () => {
+  const { base, begin, model } = bench();
+  await begin();
+  await assert.rejects(model.commands.send("m 1 0.3*0000"), /check is wrong/);
+  assert.ok(!base.heard.some((line) => line.startsWith("m 1")));
+});
+
+test("a posture after a Stop begins a path of its own", async () => {
+  const { base, begin, model } = bench();
+  await begin();
+  base.answers.set("getpath", ["Path 2 idle", "~ 1 3.000000 0.000000 - -", "~ 2 3.000000 3.000000 - -"]);
+  const since = base.heard.length;
+  const follow = model.commands.follow({ x: 1, y: 1, theta: undefined });
+  await settle();
+  base.answers.clear();
+  await follow.catch(() => {});
+  const said = base.heard.slice(since).filter((line) => /^Follow/.test(line));
+  assert.deepEqual(said.slice(0, 2), ["Follow clear", "Follow 1 1 -"]);
 });
 
 test("the simulated world: where the base truly is, what is asked of it, and what it refuses", async () => {

@@ -23,7 +23,7 @@ function bench() {
     alarm: (text) => alarms.push(text),
     firstTag: 65_534,
   });
-  client.opened(true);
+  client.opened();
   const tagOf = (at: number) => unwrap(lines[at] ?? "").tag ?? -1;
   return {
     clock,
@@ -133,7 +133,7 @@ test("a Stop that is refused, its line damaged, is not answered", async () => {
   const { client, bodies, answer, clock } = bench();
   const stop = fate(client.halt("Stop"));
   answer(0, "ERR checksum");
-  await clock.pass(1100);
+  await clock.pass(100);
   assert.equal(stop.now, "waits");
   answer(1);
   await settle();
@@ -195,7 +195,7 @@ test("nothing but a Stop outlives a lost connection", async () => {
   await clock.pass(2000);
   assert.match(alarms.at(-1) ?? "", /no connection/);
   assert.equal(bodies().length, 4);
-  client.opened(true);
+  client.opened();
   assert.deepEqual(bodies().slice(4), ["Stop"]);
   assert.equal(answer(3), false, "of the connection before");
   answer(4);
@@ -203,15 +203,19 @@ test("nothing but a Stop outlives a lost connection", async () => {
   assert.equal(stop.now, "OK");
 });
 
-test("a Stop that was meant for another base is not sent to this one", async () => {
-  const { client, bodies, alarms } = bench();
-  client.lost("unplugged");
+test("a Stop that is refused is sent again at once, not after a second; the second refusal is an alarm", async () => {
+  const { client, clock, bodies, alarms, answer } = bench();
+  const refuse = (at: number) => answer(at, "ERR checksum wrong");
   const stop = fate(client.halt("Stop"));
-  client.opened(false);
-  await settle();
-  assert.match(stop.now, /lost before it was answered/);
-  assert.deepEqual(bodies(), []);
+  refuse(0);
+  await clock.pass(60);
+  assert.deepEqual(bodies(), ["Stop", "Stop"]);
   assert.equal(alarms.at(-1), undefined);
+  refuse(1);
+  assert.match(alarms.at(-1) ?? "", /not answered/);
+  await clock.pass(60);
+  assert.equal(bodies().length, 3);
+  assert.equal(stop.now, "waits");
 });
 
 test("a Stop without a connection raises the alarm at once", () => {
@@ -287,7 +291,7 @@ test("after any order of replies, losses and Stops, no order is sent behind a la
       else if (what < 0.95) await clock.pass(next() * 1500);
       else {
         client.lost("cut");
-        client.opened(true);
+        client.opened();
       }
     }
     // When an order went out, as many Stops had been asked for as when it was asked for itself.

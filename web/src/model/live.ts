@@ -52,6 +52,9 @@ export class LiveModel implements Model {
   readonly #meter = new Meter();
   /** Tags of the page's own questions, whose answers are no more than chatter. */
   readonly #chatter = new Set<number | undefined>();
+  /** This page had the driver's seat before its connection was lost, and waits for it: a Stop is sent when it is back. */
+  #drove = false;
+  #reclaims = false;
   /** Ends the wait for a seat in which an unanswered Stop could be sent. */
   #forgetting = () => {};
   #warning = () => {};
@@ -214,9 +217,13 @@ export class LiveModel implements Model {
     );
     if (role === "drive") {
       this.#forgetting();
-      this.#client.opened(!another);
+      this.#client.opened();
+      this.#reclaims = false;
+      this.#drove = true;
       void this.#questions.begin();
     } else {
+      this.#reclaims = this.#drove;
+      this.#drove = false;
       this.#forgetting();
       this.#forgetting = this.#clock.after(SEAT_MS, () => this.#forgetHalts());
     }
@@ -225,6 +232,7 @@ export class LiveModel implements Model {
 
   /** The seat was not to be had again: a Stop of before would now stop what another page does. */
   #forgetHalts(): void {
+    this.#reclaims = false;
     if (this.mayDrive || !this.#client.isHalting) return;
     this.#client.close("another page drives");
     this.#warn("Stop was not answered, and now another page drives: it cannot be sent from here");
@@ -372,7 +380,7 @@ export class LiveModel implements Model {
   }
 
   #halt(what: "Stop" | "EStop"): void {
-    if (this.#seat.role === "watch") {
+    if (this.#seat.role === "watch" && !this.#reclaims) {
       this.#warn(`${what} was not sent: this page only watches, another one drives`);
       return;
     }

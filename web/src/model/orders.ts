@@ -1,5 +1,6 @@
 /** What the views may do to a live base, in protocol lines. */
-import { format } from "../protocol/command.ts";
+import { format, haltOf } from "../protocol/command.ts";
+import { unwrap } from "../protocol/line.ts";
 import { OLDER_STREAM, OWN_STREAM, streamLine } from "../protocol/telemetry.ts";
 import type { Commands, Goal, WorldRequest } from "./model.ts";
 import { gaussian } from "./random.ts";
@@ -37,6 +38,8 @@ const TYPED_CHECK = /\*[^*]*$/;
 function bare(typed: string, note: (text: string) => void): string {
   const line = typed.trim();
   const rest = line.replace(TYPED_TAG, "").replace(TYPED_CHECK, "").trim();
+  // Whatever follows a `*` is meant as a check; one that is wrong says that the line is not what it was. A Stop needs none.
+  if (line.includes("*") && unwrap(line).check !== "good" && !haltOf(rest)) throw new Error("not sent: the line's check is wrong");
   if (rest !== line) note("the page puts its own tag and check around the line");
   return rest;
 }
@@ -61,6 +64,9 @@ export function orders(line: Line): Commands {
     goTo: async (goal) => line.ask(`GoTo ${place(goal)}${goal.theta === undefined ? "" : ` ${format(goal.theta)}`}`),
     follow: async (goal) => {
       const since = line.halts;
+      // Postures that a Stop has left are not what is asked for now: a path that does not go on begins with the click.
+      const before = await line.ask("GetPath", since);
+      if (/ idle$/.test(before) && !/ 0 idle$/.test(before)) await line.ask("Follow clear", since);
       const added = await line.ask(`Follow ${place(goal)} ${goal.theta === undefined ? "-" : format(goal.theta)}`, since);
       if (added.startsWith("ERR")) return added;
       const path = await line.ask("GetPath", since);

@@ -66,12 +66,15 @@ interface Halting {
   readonly waiters: Waiting[];
   cancel: () => void;
   isLate: boolean;
+  refusals: number;
 }
 
 const MAX_UNANSWERED = 3;
 const MAX_WAITING = 64;
 const HALT_MS = 1000;
 const AGAIN_MS = 500;
+/** A Stop that was refused (noise has hit it) is sent again after this. */
+const REFUSED_MS = 50;
 /** Tags of a Stop that are remembered: the last so many. */
 const HALT_TAGS = 16;
 
@@ -123,7 +126,7 @@ export class Client {
     return new Promise((resolve, reject) => {
       let halting = this.#halts.get(what);
       if (!halting) {
-        halting = { what, tags: new Map(), waiters: [], cancel: () => {}, isLate: false };
+        halting = { what, tags: new Map(), waiters: [], cancel: () => {}, isLate: false, refusals: 0 };
         this.#halts.set(what, halting);
       }
       if (halting.waiters.length < MAX_WAITING) halting.waiters.push({ body: what, poll: false, resolve, reject });
@@ -132,10 +135,9 @@ export class Client {
     });
   }
 
-  /** The line is open. `mayHalt`: a Stop that was not answered before is meant for this base, and may be sent. */
-  opened(mayHalt: boolean): void {
+  /** The line is open. A Stop that was not answered is sent first, also to what may be another base: it harms none, and one that is forgotten may. */
+  opened(): void {
     this.#isOpen = true;
-    if (!mayHalt) this.#forgetHalts("the connection was lost before it was answered");
     const urgent = [this.#halts.get("EStop"), this.#halts.get("Stop")];
     for (const halting of urgent) {
       if (!halting) continue;
@@ -180,7 +182,7 @@ export class Client {
       if (order === undefined) continue;
       this.#missed(order);
       if (body === "OK") this.#halted(halting);
-      else halting.tags.delete(tag);
+      else this.#refused(halting, tag);
       return true;
     }
     const at = this.#sent.findIndex((sent) => sent.tag === tag);
@@ -264,6 +266,14 @@ export class Client {
       this.#late(halting);
       this.#sendHalt(halting, AGAIN_MS);
     });
+  }
+
+  #refused(halting: Halting, tag: number): void {
+    halting.tags.delete(tag);
+    halting.refusals += 1;
+    if (halting.refusals > 1) this.#late(halting);
+    halting.cancel();
+    halting.cancel = this.#around.clock.after(REFUSED_MS, () => this.#sendHalt(halting, AGAIN_MS));
   }
 
   #late(halting: Halting): void {

@@ -48,6 +48,7 @@ export class WebSerialTransport implements Transport {
   #wanted = false;
   #plugged = true;
   #another = false;
+  #attempts = 0;
   #retry = () => {};
   #look = () => {};
   #heardAt = 0;
@@ -112,25 +113,30 @@ export class WebSerialTransport implements Transport {
 
   async #begin(): Promise<void> {
     this.#retry();
+    if (this.#session) return;
+    // Cables flap: an attempt that a later one has overtaken has nothing to say any more.
+    this.#attempts += 1;
+    const attempt = this.#attempts;
     this.#listener?.connecting();
     await this.#closing;
-    if (!this.#wanted || this.#session) return;
+    if (!this.#wanted || this.#session || attempt !== this.#attempts) return;
     const port = this.#port;
     try {
       if (!this.#ready) await port.open(OPTIONS);
     } catch (error) {
-      if (this.#wanted && port === this.#port) this.#lose(`the port does not open: ${message(error)}`);
+      if (this.#wanted && attempt === this.#attempts && !this.#session) this.#lose(`the port does not open: ${message(error)}`);
       return;
     } finally {
       this.#ready = false;
     }
     const { writable } = port;
-    if (!this.#wanted || port !== this.#port || !writable) {
+    if (!this.#wanted || attempt !== this.#attempts || !writable) {
       void within(CLOSE_MS, this.#clock, port.close());
       return;
     }
     const session: Session = { port, splitter: new LineSplitter(), reader: undefined, writer: writable.getWriter(), lost: false };
     this.#session = session;
+    this.#retry();
     this.#heardAt = this.#clock.elapsed();
     // What was left of a line before must not join the next one.
     this.#write(session, "\n");

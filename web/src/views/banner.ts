@@ -1,8 +1,10 @@
 /** What the user must see at once: an unanswered Stop, a lost connection, a fault with its cause and what clears it. */
-import type { Model, Status } from "../model/model.ts";
+import type { Connection, Model, Status } from "../model/model.ts";
 import { button, h, setText, show } from "./dom.ts";
 import { FAULTS, faultTitle, REACTIONS } from "./faults.ts";
 import { driving, order, type Say, type View, watch } from "./view.ts";
+
+export type Lost = Extract<Connection, { state: "lost" }>;
 
 export interface BannerOptions {
   readonly say: Say;
@@ -47,12 +49,17 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
   const root = h("div", { class: "banner-group" }, ofLog && log, alarm, lost, fault);
   element.append(root);
 
+  let latest: Lost | undefined;
   const draw = () => {
     setText(alarm, model.alarm ? `⚠ ${model.alarm.text}` : "");
     show(alarm, model.alarm !== undefined);
     options.alarm(model.alarm !== undefined);
 
-    const words = lostWords(model, Date.now());
+    const { state } = model.connection;
+    // It stays while the next attempt is made: what comes and goes is not read.
+    if (model.connection.state === "lost") latest = model.connection;
+    else if (state !== "connecting") latest = undefined;
+    const words = latest && lostWords(latest, model.parameters.get("deadman")?.value, state === "connecting" ? undefined : Date.now());
     setText(lostText, words?.text ?? "");
     setText(again, words?.again ?? "");
     show(lost, words !== undefined);
@@ -105,13 +112,19 @@ export function faultWords(status: Pick<Status, "fault" | "place">): { title: st
   };
 }
 
-export function lostWords(model: Pick<Model, "connection">, now: number): { text: string; again: string } | undefined {
-  const { connection } = model;
-  if (connection.state !== "lost") return undefined;
-  const seconds = connection.retryAt === undefined ? undefined : Math.max(0, Math.ceil((connection.retryAt - now) / 1000));
-  const why = connection.why.replace(/\.$/, "");
-  return {
-    text: `⚠ The base does not hear this page: ${why}. Its deadman stops motions without an end; others go on to their target.`,
-    again: seconds === undefined ? "" : seconds === 0 ? "Trying again now." : `Trying again in ${seconds} s.`,
-  };
+/** What a lost connection means for the base, by its own dead-man's time (s; undefined: not known), and when the next attempt is (`now` undefined: it is under way). */
+export function lostWords(lost: Lost, deadman: number | undefined, now: number | undefined): { text: string; again: string } {
+  const why = lost.why.replace(/\.$/, "");
+  const text = `⚠ The base does not hear this page: ${why}. ${deadmanWords(deadman)}`;
+  if (now === undefined) return { text, again: "Trying again now." };
+  if (lost.retryAt === undefined) return { text, again: "" };
+  const seconds = Math.max(0, Math.ceil((lost.retryAt - now) / 1000));
+  return { text, again: seconds === 0 ? "Trying again now." : `Trying again in ${seconds} s.` };
+}
+
+function deadmanWords(seconds: number | undefined): string {
+  if (seconds === 0)
+    return "Its deadman is off: a motion without an end goes on until something else stops it; others go on to their target.";
+  const after = seconds === undefined ? ", unless it is off" : ` ${seconds} s after the last line`;
+  return `Its deadman stops motions without an end${after}; others go on to their target.`;
 }

@@ -27,7 +27,8 @@ export function bind(target: Window, on: Keyboard): () => void {
     event.preventDefault();
     if (means === "stop") {
       event.stopPropagation();
-      if (!held) on.stop();
+      // A press of its own is an order of its own, also when the release of the one before was lost on the way.
+      if (!held || !event.repeat) on.stop();
       held = true;
     } else if (!event.repeat) on[means]();
   };
@@ -44,13 +45,13 @@ export function bind(target: Window, on: Keyboard): () => void {
   // A field is emptied after its own listeners have run.
   const lookLater = () => target.setTimeout(look);
 
-  target.addEventListener("keydown", down, true);
-  target.addEventListener("keyup", up, true);
+  target.addEventListener("keydown", down, { capture: true });
+  target.addEventListener("keyup", up, { capture: true });
   target.addEventListener("blur", away);
   for (const kind of ["focusin", "focusout", "input", "keydown"]) target.document.addEventListener(kind, lookLater);
   return () => {
-    target.removeEventListener("keydown", down, true);
-    target.removeEventListener("keyup", up, true);
+    target.removeEventListener("keydown", down, { capture: true });
+    target.removeEventListener("keyup", up, { capture: true });
     target.removeEventListener("blur", away);
     for (const kind of ["focusin", "focusout", "input", "keydown"]) target.document.removeEventListener(kind, lookLater);
   };

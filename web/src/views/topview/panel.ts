@@ -32,7 +32,7 @@ const LEGEND: readonly (readonly [swatch: string, text: string])[] = [
 ];
 
 export function panel(element: HTMLElement, on: PanelActions): Panel {
-  const status = h("p", { class: "topview-status", "aria-live": "polite", id: "topview-status" });
+  const status = h("p", { class: "topview-status", id: "topview-status" });
   const canvas = h("canvas", {
     class: "topview-canvas",
     tabindex: "0",

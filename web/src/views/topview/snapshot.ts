@@ -57,7 +57,7 @@ function sampledPose(history: History, index: number): Pose | undefined {
   return known(history.at("x", index), history.at("y", index), history.at("theta", index));
 }
 
-function truePose(history: History, index: number): Pose | undefined {
+export function truePose(history: History, index: number): Pose | undefined {
   return known(history.at("true_x", index), history.at("true_y", index), history.at("true_theta", index));
 }
 
