@@ -361,3 +361,39 @@ fn ten_thousand_malformed_messages_change_nothing() {
     let x: f64 = pose.split(' ').nth(1).unwrap().parse().unwrap();
     assert!((x - 0.1).abs() < 0.002, "{pose}");
 }
+
+/// A ping with as much in it as there may be, masked by nothing.
+const PING: [u8; 131] = {
+    let mut frame = [b'p'; 131];
+    frame[0] = 0x89;
+    frame[1] = 0x80 | 125;
+    (frame[2], frame[3], frame[4], frame[5]) = (0, 0, 0, 0);
+    frame
+};
+
+#[test]
+fn pings_of_who_never_reads_are_not_answered_for_ever() {
+    let server = Server::start(&[]);
+    let before = server.memory();
+    let mut deaf = server.watch();
+    let flood = PING.repeat(1000);
+    let began = Instant::now();
+    let stream = deaf.0.get_mut();
+    stream
+        .set_write_timeout(Some(Duration::from_secs(1)))
+        .unwrap();
+    let (mut most, mut sent) = (before, 0_usize);
+    // Until it is thrown out, or nothing of it is read any more.
+    while began.elapsed() < Duration::from_secs(6) && stream.write_all(&flood).is_ok() {
+        sent += 1000;
+        most = most.max(server.memory());
+    }
+    println!(
+        "{sent} pings in {:.1} s, {before:?} kB before, {most:?} kB at most",
+        began.elapsed().as_secs_f64()
+    );
+    assert!(sent >= 1000);
+    if let (Some(before), Some(most)) = (before, most) {
+        assert!(most < before + MAX_GROWTH, "{before} kB, then {most} kB");
+    }
+}

@@ -76,12 +76,14 @@ impl Broken {
         }
     }
 
-    /// All that can be mended is.
-    pub fn clear(&mut self) {
+    /// All that can be mended is; whether the line was cut.
+    pub fn clear(&mut self) -> bool {
+        let cut = self.link;
         *self = Self {
             flash: self.flash,
             ..Self::default()
         };
+        cut
     }
 
     /// The board has started anew: if power was to fail in a save, it has, or it did before.
@@ -154,7 +156,8 @@ mod tests {
     #[test]
     fn clearing_mends_all_but_a_power_cut_to_come() {
         let mut broken = broken(&["link cut", "flash cut 20", "both encoder stuck"]);
-        broken.clear();
+        assert!(broken.clear());
+        assert!(!broken.clear());
         assert_eq!(broken.list(), ["flash cut 20"]);
         broken.restarted();
         assert!(broken.list().is_empty());

@@ -49,10 +49,12 @@ async fn attend(
         dismissed,
     } = place;
     let (ping, pings) = mpsc::channel(MAX_PINGS);
+    // In this order: who has been sent away is told why, not that what it has said since is wrong.
     tokio::select! {
+        biased;
+        parting = dismissed => parting.ok(),
         parting = listen(id, stream, &ping, hub) => parting,
         () = speak(sink, told, pings) => None,
-        parting = dismissed => parting.ok(),
     }
 }
 

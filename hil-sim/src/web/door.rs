@@ -26,6 +26,8 @@ const MAX_MESSAGE: usize = 64 << 10;
 const SOCKET: &str = "/base";
 /// Bytes that are read at once: many small frames must not keep the others waiting.
 const READ_AT_ONCE: usize = 4096;
+/// Bytes that wait to be sent to one client, at most: answers to its pings do, too, and who never reads has no more of them kept.
+const MAX_UNSENT: usize = 256 << 10;
 
 /// What is behind the door.
 pub struct House {
@@ -150,6 +152,7 @@ async fn base(State(door): State<Door>, upgrade: WebSocketUpgrade) -> Response {
         .max_message_size(MAX_MESSAGE)
         .max_frame_size(MAX_MESSAGE)
         .read_buffer_size(READ_AT_ONCE)
+        .max_write_buffer_size(MAX_UNSENT)
         .on_upgrade(async move |socket| {
             client::serve(socket, role, hub).await;
             drop(place);

@@ -128,8 +128,9 @@ impl World {
             }
             Request::Clear => {
                 base.clear_faults()?;
-                self.broken.clear();
-                self.hub.link_mended();
+                if self.broken.clear() {
+                    self.hub.link_mended();
+                }
             }
             Request::Estop(open) => {
                 base.set_estop(open)?;
