@@ -366,7 +366,7 @@ fn ten_thousand_malformed_messages_change_nothing() {
 const PING: [u8; 131] = {
     let mut frame = [b'p'; 131];
     frame[0] = 0x89;
-    frame[1] = 0x80 | 125;
+    frame[1] = 0x80 | 0x7D;
     (frame[2], frame[3], frame[4], frame[5]) = (0, 0, 0, 0);
     frame
 };
