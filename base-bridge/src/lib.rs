@@ -8,6 +8,8 @@
 
 pub mod client;
 pub mod clock;
+pub mod commands;
 pub mod frames;
 pub mod line;
+pub mod robot;
 pub mod time;
