@@ -11,5 +11,6 @@ pub mod clock;
 pub mod commands;
 pub mod frames;
 pub mod line;
+pub mod params;
 pub mod robot;
 pub mod time;
