@@ -6,11 +6,14 @@
 //! ```
 //! All but `line` and `network` is without threads, clocks and ports; `app` puts it together, in one loop.
 
+pub mod app;
 pub mod client;
 pub mod clock;
 pub mod commands;
+pub mod convert;
 pub mod frames;
 pub mod line;
+pub mod network;
 pub mod params;
 pub mod robot;
 pub mod time;

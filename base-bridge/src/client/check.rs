@@ -23,13 +23,20 @@ pub enum Checked<'a> {
     Wrong,
 }
 
-/// Looks at a line's check. Anything after a `*` is meant as one.
+/// Looks at a line's check. A unit may have a `*` as well (`V*s/m`): what is not four digits is none. A reply must have one, so that a damaged check is
+/// not taken for that.
 pub fn of(line: &str) -> Checked<'_> {
-    let Some(star) = line.rfind('*') else {
+    let Some(star) = line.len().checked_sub(LENGTH) else {
         return Checked::None(line);
     };
-    let (text, check) = line.split_at(star);
-    if check.len() == LENGTH && with(text)[star..] == *check {
+    let Some((text, check)) = line.split_at_checked(star) else {
+        return Checked::None(line);
+    };
+    let is_digit = |c: char| matches!(c, '0'..='9' | 'A'..='F');
+    let is_check = |check: &str| check.starts_with('*') && check[1..].chars().all(is_digit);
+    if !is_check(check) {
+        Checked::None(line)
+    } else if with(text)[star..] == *check {
         Checked::Right(text)
     } else {
         Checked::Wrong
@@ -52,8 +59,15 @@ mod tests {
             Checked::Right("SetParam require_crc 0")
         );
         assert_eq!(of("SetParam require_crc 1*E50B"), Checked::Wrong);
-        assert_eq!(of("SetParam require_crc 0*e50b"), Checked::Wrong);
-        assert_eq!(of("OK*"), Checked::Wrong);
+        for none in [
+            "SetParam require_crc 0*e50b",
+            "OK*",
+            "~ servo_p 25 0 10000 V*s/m",
+            "~ motor_accel_gain 0.5 0 1000 V*s2/m",
+            "",
+        ] {
+            assert_eq!(of(none), Checked::None(none));
+        }
         assert_eq!(of("OK"), Checked::None("OK"));
     }
 }

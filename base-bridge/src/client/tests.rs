@@ -155,7 +155,8 @@ fn damage_is_seen() {
     next(&mut client, 0.0).unwrap();
     assert_eq!(client.hear("@7 Status HOLD*0000"), Heard::Damaged);
     assert_eq!(client.hear("@7 Status HOLD"), Heard::Damaged);
-    assert_eq!(client.hear("~ 1 2*1"), Heard::Damaged);
+    assert_eq!(client.hear("~ 1 2*0000"), Heard::Damaged);
+    assert_eq!(client.hear("@7 Status HOLD*00"), Heard::Damaged);
     assert_eq!(client.hear("~ 1 2"), Heard::Row("1 2".into()));
     assert_eq!(
         reply(&mut client, "! stop command"),

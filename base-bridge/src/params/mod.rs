@@ -162,7 +162,7 @@ parameters! {
     }
     "rates." {
         rate_odom "odom": f64 = 50.0, |hz| (1.0..=50.0).contains(hz), "Hz, 1 to 50: telemetry, and with it odom, tf and joint_states";
-        rate_covariance "covariance": f64 = 10.0, is_rate, "Hz, 0 to 50: the covariance, which costs a line each way";
+        rate_covariance "covariance": f64 = 10.0, |hz| (0.1..=50.0).contains(hz), "Hz, 0.1 to 50: the covariance, which costs a line each way";
         rate_battery "battery_state": f64 = 1.0, is_rate, "Hz, 0 to 50";
         rate_diagnostics "diagnostics": f64 = 1.0, is_rate, "Hz, 0 to 50; besides at each change of the fault or the line";
         rate_joints "joint_states": f64 = 50.0, is_rate, "Hz, 0 to 50";
