@@ -39,6 +39,8 @@ pub struct Clock {
     last_base: f64,
     /// Since when all lines have come too late, in the host's time.
     late_since: Option<f64>,
+    /// Nobody has listened for a while: a line that comes too late now has not waited, the clock was set back.
+    resumed: bool,
     last_stamp: Option<f64>,
     resets: u64,
 }
@@ -56,11 +58,12 @@ impl Clock {
             }
             let set_back = self
                 .late_since
-                .is_some_and(|since| arrival - since > LEAP_BACK_FOR);
+                .is_some_and(|since| self.resumed || arrival - since > LEAP_BACK_FOR);
             if base < self.last_base || beyond < -LEAP_AHEAD || set_back {
                 self.reset();
             }
         }
+        self.resumed = false;
         self.last_base = base;
         let bucket = (base / BUCKET).floor() as i64;
         match self.earliest.back_mut() {
@@ -79,6 +82,12 @@ impl Clock {
         }
         self.fit = Some(fit(self.earliest.make_contiguous()));
         self.stamp(base, arrival)
+    }
+
+    /// The base is listened to again, and has just answered.
+    pub fn resume(&mut self) {
+        self.resumed = true;
+        self.late_since = None;
     }
 
     /// The base has started anew, and so has its clock.
@@ -236,6 +245,21 @@ mod tests {
             error = clock.note(base, 140.0 + base) - (140.0 + base);
         }
         assert!(error.abs() < 1e-3, "{error}");
+        assert_eq!(clock.resets(), 1);
+    }
+
+    #[test]
+    fn and_at_once_where_it_has_just_answered() {
+        let mut clock = Clock::default();
+        for (base, arrival) in [(0.5, 10.5), (0.75, 10.75)] {
+            clock.note(base, arrival);
+        }
+        clock.resume();
+        // Started anew at 10.8.
+        clock.note(1.7, 12.5);
+        assert_eq!(clock.resets(), 1);
+        clock.resume();
+        clock.note(2.7, 13.6);
         assert_eq!(clock.resets(), 1);
     }
 

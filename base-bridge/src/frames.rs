@@ -96,6 +96,8 @@ pub struct Frames {
     last: Option<Reading>,
     max_speed: f64,
     leaps: u64,
+    /// The base has started anew since the last reading.
+    anew: bool,
 }
 
 impl Frames {
@@ -107,6 +109,7 @@ impl Frames {
             last: None,
             max_speed,
             leaps: 0,
+            anew: false,
         }
     }
 
@@ -115,13 +118,19 @@ impl Frames {
         self.max_speed = max_speed;
     }
 
+    /// The base has started anew: what it believes now has nothing to do with what it believed.
+    pub fn restart(&mut self) {
+        self.anew = true;
+    }
+
     /// Goes on to a reading. `corrected`: since the last one, the estimate may have been corrected.
     pub fn advance(&mut self, reading: Reading, corrected: bool) {
+        let anew = std::mem::take(&mut self.anew);
         let Some(last) = self.last.replace(reading) else {
             self.odom = self.map_to_odom.inverse().then(&reading.estimate);
             return;
         };
-        let dt = reading.time - last.time;
+        let dt = if anew { -1.0 } else { reading.time - last.time };
         let moved = last.estimate.inverse().then(&reading.estimate);
         let distance = moved.x.hypot(moved.y);
         // A clock that went back is that of a base that has started anew, at a pose that says nothing of the old one.
@@ -232,6 +241,10 @@ mod tests {
         // But not so far: it was carried.
         frames.advance(at(3.5, 9.0), false);
         assert_eq!(frames.leaps(), 2);
+        assert!(near(frames.odom(), Pose::new(6.0, 0.0, 0.0), 1e-12));
+        // Started anew so long ago that its clock shows more than it did.
+        frames.restart();
+        frames.advance(at(9.0, 8.9), false);
         assert!(near(frames.odom(), Pose::new(6.0, 0.0, 0.0), 1e-12));
     }
 

@@ -36,7 +36,7 @@ fn moved(base: &Base, since: f64) -> (f64, f64) {
 fn pulls(seed: u64) -> f64 {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     // Half of them reconnect while the base still runs on, the others when it has been stopped by its deadman.
-    let deadman = if seed % 2 == 0 { 1.0 } else { 0.3 };
+    let deadman = if seed % 2 == 0 { 1.0 } else { 0.6 };
     let base = Base::start("default", seed, &[(Id::Deadman, deadman)]);
     let deadman = f64::from(deadman);
     let directory = tempfile::tempdir().unwrap();
@@ -49,19 +49,16 @@ fn pulls(seed: u64) -> f64 {
     for pull in 0..PULLS {
         let v = random.random_range(0.15..0.35) * if random.random() { 1.0 } else { -1.0 };
         let omega = random.random_range(-1.0..1.0);
-        bridge.drive(v, omega, 0.7);
+        bridge.drive_until(v, omega, || base.speed().0 > 0.9 * v.abs());
         sleep(random.random_range(0.0..0.05));
-        let (speed, _) = base.speed();
-        assert!(speed > 0.7 * v.abs(), "pull {pull}: {speed} of {v}");
         let pulled = base.now().t;
-        let mark = bridge.mark();
         usb.pull();
-        let gone = random.random_range(0.0..0.3);
+        let gone = random.random_range(0.0..0.4);
         // Somebody goes on to say speeds to a line that is not there.
         bridge.drive(v, omega, gone);
         usb.plug();
         base.wait_until(pulled + deadman + RAMP + SLACK);
-        let rest = base.now().t;
+        let (rest, mark) = (base.now().t, bridge.mark());
         let (speed, turn) = base.speed();
         let at_rest = speed < REST.0 && turn.abs() < REST.1;
         assert!(at_rest, "seed {seed} pull {pull}: {speed} {turn}");
@@ -73,7 +70,7 @@ fn pulls(seed: u64) -> f64 {
         };
         let moving = stopped.iter().filter(still).last();
         longest = longest.max(moving.map_or(0.0, |truth| truth.t) - pulled - deadman);
-        bridge.wait_until_up(mark);
+        bridge.wait_for_motion(mark);
         sleep(0.3);
         // The deadman's fault, if it came to that, waits for somebody who knows.
         bridge.call(Request::ClearFault).unwrap();

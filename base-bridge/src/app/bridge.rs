@@ -186,9 +186,14 @@ impl Bridge {
     }
 
     fn hear(&mut self, line: &str, arrival: f64, now: f64) {
+        // A base that starts anew in the middle of a line goes on with this one.
+        if let Some((_, event)) = line.split_once("! boot ") {
+            return self.boot(event, now);
+        }
         match self.client.hear(line) {
             Heard::Answers(answers) => self.answers(answers, now),
-            Heard::Event(event) => self.event(&event, now),
+            Heard::Event(event) if event.starts_with("fault") => self.say(event),
+            Heard::Event(_) => {}
             Heard::Row(row) => {
                 if let Link::Greeting(_, handshake) = &mut self.link {
                     let progress = handshake.row(&row, &mut self.client);
@@ -248,6 +253,7 @@ impl Bridge {
                     self.known(&handshake);
                     self.link = Link::Up(wire, now);
                     self.heard = now;
+                    self.clock.resume();
                     self.counters.why.clear();
                     self.say(format!("{}: {}", self.door, self.version));
                     self.estimate_rate.hurry();
@@ -275,17 +281,14 @@ impl Bridge {
         self.noise = SpeedNoise::of(base);
     }
 
-    fn event(&mut self, event: &str, now: f64) {
-        if event.starts_with("boot") {
-            self.say(format!("the base has started: {event}"));
-            self.clock.reset();
-            // It streams no more, and its parameters may be others.
-            match std::mem::replace(&mut self.link, Link::Down) {
-                Link::Greeting(wire, _) | Link::Up(wire, _) => self.greet(wire, now),
-                Link::Down => {}
-            }
-        } else if event.starts_with("fault") {
-            self.say(event);
+    fn boot(&mut self, cause: &str, now: f64) {
+        self.say(format!("the base has started: {cause}"));
+        self.clock.reset();
+        self.frames.restart();
+        // It streams no more, and its parameters may be others.
+        match std::mem::replace(&mut self.link, Link::Down) {
+            Link::Greeting(wire, _) | Link::Up(wire, _) => self.greet(wire, now),
+            Link::Down => {}
         }
     }
 

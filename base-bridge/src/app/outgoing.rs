@@ -13,7 +13,11 @@ impl Bridge {
     /// Publishes what a row says. `sent`: when its first byte has left the base at the latest. `corrected`: the estimate may have been corrected since the
     /// last one.
     pub(super) fn publish_row(&mut self, told: &Telemetry, sent: f64, corrected: bool) {
+        let resets = self.clock.resets();
         let measured = self.clock.note(told.time, sent);
+        if self.clock.resets() != resets {
+            self.frames.restart();
+        }
         self.frames.advance(
             Reading {
                 time: told.time,

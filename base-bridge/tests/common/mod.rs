@@ -161,7 +161,10 @@ impl Bridge {
         let (inbox, quit, seen) = (app.inbox(), app.quit(), Seen::default());
         let network = seen.clone();
         let thread = std::thread::spawn(move || {
-            app.run(Box::new(door), network, |words| eprintln!("{words}"));
+            let begin = Instant::now();
+            app.run(Box::new(door), network, |words| {
+                eprintln!("{:8.3} {words}", begin.elapsed().as_secs_f64());
+            });
         });
         Self {
             inbox,
@@ -223,6 +226,14 @@ impl Bridge {
         assert!(up.is_some(), "no base");
     }
 
+    /// Waits until the base is heard of again.
+    pub fn wait_for_motion(&self, since: usize) {
+        let heard = self.wait_for(since, 10.0, |report| {
+            matches!(report, Report::Motion(_)).then_some(())
+        });
+        assert!(heard.is_some(), "no telemetry");
+    }
+
     /// Says speeds once.
     pub fn speeds(&self, v: f64, omega: f64) {
         assert!(self.inbox.put(Request::Speeds {
@@ -238,6 +249,32 @@ impl Bridge {
             self.speeds(v, omega);
             sleep(0.05);
         }
+    }
+
+    /// Says speeds at 20 Hz, until something is so. On a machine with much else to do a deadman may come first.
+    pub fn drive_until(&self, v: f64, omega: f64, is: impl Fn() -> bool) {
+        let begin = Instant::now();
+        while !is() {
+            let patient = begin.elapsed() < Duration::from_secs(10);
+            assert!(patient, "{v} {omega}: {:?}", self.diagnostics());
+            for tenth in 0..10 {
+                self.speeds(v, omega);
+                sleep(0.05);
+                if tenth == 9 && !is() {
+                    // Nothing to clear is no fault of the base.
+                    let _ = self.call(Request::ClearFault);
+                }
+                if is() {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// The last of them.
+    pub fn diagnostics(&self) -> Option<Report> {
+        let is = |report: &Report| matches!(report, Report::Diagnostics { .. });
+        self.reports().into_iter().rfind(is)
     }
 
     /// Asks for a service, and waits for its answer.
