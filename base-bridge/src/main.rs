@@ -1,12 +1,14 @@
 //! `base-bridge`: a base on a ROS 2 network.
 
 mod options;
+mod print;
 
 use anyhow::{Result, ensure};
 use base_bridge::app::App;
 use base_bridge::network::Network;
 use clap::Parser;
 use options::Options;
+use print::Print;
 use std::io::Write;
 
 fn main() -> Result<()> {
@@ -20,11 +22,11 @@ fn main() -> Result<()> {
     let app = App::new(params);
     let quit = app.quit();
     ctrlc::set_handler(move || quit.quit())?;
-    let networks: Vec<Box<dyn Network>> = Vec::new();
-    ensure!(
-        !networks.is_empty(),
-        "nobody to publish to: build it with the feature `dds`"
-    );
+    let mut networks: Vec<Box<dyn Network>> = Vec::new();
+    if options.print {
+        networks.push(Box::new(Print));
+    }
+    ensure!(!networks.is_empty(), "nobody to publish to: --print");
     app.run(door, networks, |words| {
         // Somebody may have closed it; the base is driven on.
         let _ = writeln!(std::io::stderr(), "{words}");

@@ -37,6 +37,9 @@ pub struct Options {
     /// A parameter, behind all files; may be repeated
     #[arg(short, long = "param", value_name = "NAME:=VALUE")]
     param: Vec<String>,
+    /// Prints what is published
+    #[arg(long)]
+    pub print: bool,
     /// Prints all parameters with their values, as a file, and ends
     #[arg(long)]
     pub list_params: bool,
