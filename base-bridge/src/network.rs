@@ -49,6 +49,7 @@ pub struct Status {
 }
 
 /// What goes out.
+#[allow(clippy::large_enum_variant, reason = "most of them are the largest")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
     /// Odometry and tf.

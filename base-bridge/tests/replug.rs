@@ -36,7 +36,7 @@ fn moved(base: &Base, since: f64) -> (f64, f64) {
 fn pulls(seed: u64) -> f64 {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     // Half of them reconnect while the base still runs on, the others when it has been stopped by its deadman.
-    let deadman = if seed % 2 == 0 { 1.0 } else { 0.6 };
+    let deadman = if seed.is_multiple_of(2) { 1.0 } else { 0.6 };
     let base = Base::start("default", seed, &[(Id::Deadman, deadman)]);
     let deadman = f64::from(deadman);
     let directory = tempfile::tempdir().unwrap();
@@ -68,7 +68,7 @@ fn pulls(seed: u64) -> f64 {
             (t.pose[0] - last[0]).hypot(t.pose[1] - last[1]) > 1e-3
                 || (t.pose[2] - last[2]).abs() > 0.01
         };
-        let moving = stopped.iter().filter(still).last();
+        let moving = stopped.iter().rfind(still);
         longest = longest.max(moving.map_or(0.0, |truth| truth.t) - pulled - deadman);
         bridge.wait_for_motion(mark);
         sleep(0.3);

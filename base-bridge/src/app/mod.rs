@@ -25,6 +25,10 @@ const AT_ONCE: usize = 256;
 const IDLE: f64 = 0.1;
 
 /// Something that happens.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "each is moved twice, and none is kept"
+)]
 pub enum Happening {
     /// To the line.
     Line(LineEvent),

@@ -43,13 +43,10 @@ impl Refusal {
 /// A number as a line has it: so many decimals, and no zeros behind them.
 pub fn decimal(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
-    let text = match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.'),
-        false => &text,
-    };
-    if text == "-0" {
-        "0".to_owned()
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
     } else {
-        text.to_owned()
-    }
+        &text
+    };
+    if text == "-0" { "0" } else { text }.to_owned()
 }

@@ -66,12 +66,10 @@ impl SpeedNoise {
         let step = PI * diameter / base.get("counts_per_turn").unwrap_or(1000.0).max(1.0);
         let wheel = 2.0 * step * step / 12.0 * rate * rate;
         let lever = match base.vehicle() {
-            // Two wheels: the mean of both, the difference over their distance.
-            Vehicle::Differential => base.or_zero("wheel_base"),
+            Vehicle::Differential | Vehicle::Tricycle => base.or_zero("wheel_base"),
             Vehicle::Car => base.or_zero("track"),
             // The rim of what turns is as finely divided.
             Vehicle::Synchro => base.or_zero("turn_lever"),
-            Vehicle::Tricycle => base.or_zero("wheel_base"),
         };
         let (move_share, turn_share) = match base.vehicle() {
             Vehicle::Differential | Vehicle::Car => (0.5, 2.0),

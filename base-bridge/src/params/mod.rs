@@ -126,18 +126,28 @@ fn is_name(name: &str) -> bool {
     tokens.clone().all(is_token)
 }
 
+#[allow(clippy::ptr_arg, reason = "a check takes what its parameter is")]
 fn is_topic(name: &String) -> bool {
     is_name(name)
 }
 
+#[allow(clippy::ptr_arg, reason = "a check takes what its parameter is")]
 fn is_frame(name: &String) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_ascii_graphic()) && !name.starts_with('/')
 }
 
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "a check takes what its parameter is"
+)]
 fn is_rate(rate: &f64) -> bool {
     (0.0..=50.0).contains(rate)
 }
 
+#[allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "a check takes what its parameter is"
+)]
 fn is_depth(depth: &i32) -> bool {
     (1..=1000).contains(depth)
 }

@@ -52,6 +52,9 @@ pub fn parameters(text: &str, node: &str) -> Result<Vec<(String, Value)>> {
 }
 
 /// A value as it is written behind `-p name:=`.
+///
+/// # Errors
+/// If it is none.
 pub fn value(text: &str) -> Result<Value> {
     match YamlLoader::load_from_str(text)?.as_slice() {
         [yaml] => scalar("", yaml),

@@ -143,7 +143,7 @@ impl Handshake {
                 if !reply.starts_with("Version ") || protocol != PROTOCOL {
                     return Progress::Failed(format!("not protocol {PROTOCOL}: {reply}"));
                 }
-                self.version = reply["Version ".len()..].to_owned();
+                reply["Version ".len()..].clone_into(&mut self.version);
                 self.go(Step::Params, client)
             }
             Step::Params => match reply.strip_prefix("Params ").map(str::parse) {

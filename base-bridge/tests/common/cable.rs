@@ -25,7 +25,7 @@ impl Door for Wire {
         *self.0.listener.lock().unwrap() = Some(to_host);
         Ok(Ends {
             reader: Box::new(Reading(from_base, VecDeque::new())),
-            writer: Box::new(Writing(self.0.to_base.clone())),
+            writer: Box::new(Writing(self.0.input.clone())),
         })
     }
 
@@ -91,7 +91,7 @@ impl Usb {
         let (to_host, from_base) = channel();
         *self.base.listener.lock().unwrap() = Some(to_host);
         let pulled = Arc::new(AtomicBool::new(false));
-        let (flag, to_base) = (Arc::clone(&pulled), self.base.to_base.clone());
+        let (flag, to_base) = (Arc::clone(&pulled), self.base.input.clone());
         let thread = std::thread::spawn(move || {
             let (master, mut buffer) = (pty.master, [0; 1024]);
             // The slave's other end is the bridge's. When the master is closed, the bridge finds its port gone.

@@ -26,6 +26,8 @@ pub struct Truth {
     pub pose: [f64; 3],
     /// The base's estimate: m, m, rad.
     pub estimate: [f64; 3],
+    /// The translation's reference, m/s.
+    pub reference: f64,
 }
 
 type Task = Box<dyn FnOnce(&mut Rig) + Send>;
@@ -33,7 +35,7 @@ type Task = Box<dyn FnOnce(&mut Rig) + Send>;
 /// A simulated base.
 #[derive(Clone)]
 pub struct Base {
-    pub to_base: Sender<Vec<u8>>,
+    pub input: Sender<Vec<u8>>,
     tasks: Sender<Task>,
     /// Where its bytes go; nowhere while the cable is pulled.
     pub listener: Arc<Mutex<Option<Sender<Vec<u8>>>>>,
@@ -48,7 +50,7 @@ impl Base {
         let (to_base, from_host) = channel::<Vec<u8>>();
         let (tasks, todo) = channel::<Task>();
         let base = Self {
-            to_base,
+            input: to_base,
             tasks,
             listener: Arc::default(),
             truth: Arc::default(),
@@ -77,6 +79,7 @@ impl Base {
                     at: Instant::now(),
                     pose: [row.true_x, row.true_y, row.true_theta],
                     estimate: [row.est_x, row.est_y, row.est_theta],
+                    reference: row.v_s_ref,
                 });
                 // Nobody is there any more but this thread.
                 if Arc::strong_count(&truth) == 1 {
@@ -102,6 +105,11 @@ impl Base {
             }
             sleep(0.001);
         }
+    }
+
+    /// What the translation is to be now, m/s.
+    pub fn reference(&self) -> f64 {
+        self.now().reference
     }
 
     /// Everything since a simulated time.
