@@ -152,7 +152,9 @@ impl Bridge {
         // It ends whatever half a line is left on the wire.
         let hung_up = wire.write(b"\n").is_err();
         let period = 1.0 / self.params.rate_odom;
-        let handshake = Handshake::begin(&mut self.client, period, now);
+        self.client.expect_checks(false);
+        let checks = self.params.line_checks;
+        let handshake = Handshake::begin(&mut self.client, period, checks, now);
         self.link = Link::Greeting(wire, Box::new(handshake));
         if hung_up {
             self.lose("it takes no bytes");
@@ -195,10 +197,8 @@ impl Bridge {
             Heard::Event(event) if event.starts_with("fault") => self.say(event),
             Heard::Event(_) => {}
             Heard::Row(row) => {
-                if let Link::Greeting(_, handshake) = &mut self.link {
-                    let progress = handshake.row(&row, &mut self.client);
-                    self.progress(progress, now);
-                } else {
+                // What streams before the base is known is what somebody else has asked for.
+                if self.up_since().is_some() {
                     // Its last byte came when it came; the first, as many byte times before.
                     let length = (line.len() + 2) as f64 * 10.0 / f64::from(self.params.baud);
                     self.row(&row, arrival - length, now);
@@ -212,7 +212,7 @@ impl Bridge {
     fn answers(&mut self, answers: Vec<Answer>, now: f64) {
         for answer in answers {
             if let Link::Greeting(_, handshake) = &mut self.link {
-                let progress = handshake.hear(&answer, now, &mut self.client);
+                let progress = handshake.hear(&answer, &mut self.client);
                 self.progress(progress, now);
             }
             self.answer(answer);
@@ -254,6 +254,7 @@ impl Bridge {
                     self.link = Link::Up(wire, now);
                     self.heard = now;
                     self.clock.resume();
+                    self.client.expect_checks(self.params.line_checks);
                     self.counters.why.clear();
                     self.say(format!("{}: {}", self.door, self.version));
                     self.estimate_rate.hurry();
@@ -325,7 +326,7 @@ impl Bridge {
         let ended = self.client.ended(now);
         self.answers(ended, now);
         if let Link::Greeting(_, handshake) = &mut self.link {
-            let progress = handshake.look(now, &mut self.client);
+            let progress = handshake.look(now);
             self.progress(progress, now);
         }
         if self.up_since().is_some() {
@@ -401,10 +402,14 @@ impl Bridge {
         self.leaving = true;
         self.velocity.forget();
         self.client.stop();
+        if self.params.line_checks && self.up_since().is_some() {
+            self.client.ask(Ask::Params, "SetParam require_crc 0");
+        }
     }
 
     /// There is nothing more to wait for.
     pub(super) fn has_left(&self) -> bool {
-        matches!(self.link, Link::Down) || !self.client.is_stopping()
+        let waits = self.client.is_stopping() || self.client.has(Ask::Params);
+        matches!(self.link, Link::Down) || !waits
     }
 }

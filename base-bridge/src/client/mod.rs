@@ -39,7 +39,7 @@ pub enum Ask {
     Enable,
     /// What it is.
     Version,
-    /// Its parameters.
+    /// A parameter.
     Params,
     /// Its state.
     Status,
@@ -102,7 +102,7 @@ pub enum Heard {
     Answers(Vec<Answer>),
     /// An event, without its `! `.
     Event(String),
-    /// Telemetry, or an entry of a list, without its `~ `.
+    /// Telemetry, without its `~ `.
     Row(String),
     /// A line whose check is wrong or missing.
     Damaged,
@@ -140,6 +140,8 @@ pub struct Client {
     /// Seconds that a byte takes on the line: a fix is older when its line has arrived.
     byte_time: f64,
     unanswered: u64,
+    /// The base puts checks on all its lines.
+    checks: bool,
     /// Answers that no line brings.
     ended: Vec<Answer>,
 }
@@ -155,8 +157,14 @@ impl Client {
             stops: Vec::new(),
             byte_time: 10.0 / f64::from(baud.max(1)),
             unanswered: 0,
+            checks: false,
             ended: Vec::new(),
         }
+    }
+
+    /// From now on, a line without a check is a damaged one.
+    pub fn expect_checks(&mut self, checks: bool) {
+        self.checks = checks;
     }
 
     /// Asks for something. Its answer comes with the number that is returned.
@@ -283,6 +291,10 @@ impl Client {
             Checked::None(text) => (text, false),
             Checked::Right(text) => (text, true),
         };
+        let unsolicited = text.starts_with(['!', '~']);
+        if unsolicited && self.checks && !checked {
+            return Heard::Damaged;
+        }
         if let Some(event) = text.strip_prefix("! ") {
             return Heard::Event(event.to_owned());
         }

@@ -163,6 +163,9 @@ fn damage_is_seen() {
         Heard::Event("stop command".into())
     );
     assert_eq!(client.hear("OK"), Heard::Stray);
+    client.expect_checks(true);
+    assert_eq!(client.hear("~ 1 2"), Heard::Damaged);
+    assert_eq!(reply(&mut client, "~ 1 2"), Heard::Row("1 2".into()));
     assert_eq!(
         answered(client.hear("@7 ERR syntax unknown")),
         Outcome::Refused("syntax unknown".into())

@@ -212,6 +212,7 @@ parameters! {
     }
     "line." {
         baud "baud": i32 = 115_200, |baud| (1200..=4_000_000).contains(baud), "1200 to 4000000";
+        line_checks "checks": bool = false, any, "the base puts checks on telemetry, too, for a line that damages what it carries: its require_crc is 1 while the bridge is there, and a person who types needs them as well";
     }
 }
 

@@ -4,7 +4,9 @@
 //! (empty line)     ends whatever half a line is left on the wire
 //! Stop             whatever it was told before, by whomever, is over: a base that runs on must not find signs of life in what follows
 //! Stream 0         so that the answers need not wait for telemetry
-//! Version, ListParams, GetStatus
+//! SetParam …       if all lines are to have checks, its own ones, too
+//! Version
+//! GetParam …       what the bridge needs to know. The rows of ListParams have no checks, and a wheel of the wrong size is no small thing
 //! Stream …         from here on it is known
 //! ```
 //! Each is asked again when its answer does not come; after a few times the line is given up, and opened anew.
@@ -14,23 +16,43 @@ use super::telemetry::{self, Field};
 use crate::client::{Answer, Ask, Client, Outcome};
 
 /// An answer that does not come so often: there is no base at this line, or none that speaks this protocol.
-const TRIES: u32 = 4;
-/// The list of parameters is 4 kB at most: it takes less than this, s, at 115 200 baud.
-const LIST_PATIENCE: f64 = 2.0;
+const TRIES: u32 = 6;
 /// The client sends a Stop until it is answered: that long, s.
 const STOP_PATIENCE: f64 = 2.5;
 /// The protocol that this bridge speaks.
 const PROTOCOL: &str = "1";
+/// Parameters that the bridge needs; a vehicle has those that it has.
+const NEEDED: [&str; 20] = [
+    "track",
+    "steer_max",
+    "turn_counts",
+    "wheel_base",
+    "left_diameter",
+    "right_diameter",
+    "wheel_diameter",
+    "turn_lever",
+    "counts_per_turn",
+    "max_speed",
+    "max_turn_speed",
+    "max_wheel_speed",
+    "noise_s",
+    "noise_rot",
+    "noise_drift",
+    "k_scale",
+    "k_rot",
+    "k_drift",
+    "observer_bandwidth",
+    "deadman",
+];
 
 #[derive(Clone, Debug, PartialEq)]
 enum Step {
     Stop,
     Quiet,
+    Checks,
     Version,
-    Params,
-    /// The list is under way: so many entries, until then.
-    List(usize, f64),
-    Status,
+    /// The parameter of this number.
+    Param(usize),
     Stream(Vec<Field>, bool),
     Done,
 }
@@ -55,20 +77,22 @@ pub struct Handshake {
     /// The question that is under way.
     number: u64,
     period: f64,
+    checks: bool,
     version: String,
     knowledge: Knowledge,
     fields: Vec<Field>,
 }
 
 impl Handshake {
-    /// Begins one; telemetry will come every `period` s. The caller has sent the empty line.
-    pub fn begin(client: &mut Client, period: f64, now: f64) -> Self {
+    /// Begins one; telemetry will come every `period` s, with checks or without. The caller has sent the empty line.
+    pub fn begin(client: &mut Client, period: f64, checks: bool, now: f64) -> Self {
         let mut handshake = Self {
             begun: now,
             step: Step::Stop,
             tries: 0,
             number: 0,
             period,
+            checks,
             version: String::new(),
             knowledge: Knowledge::default(),
             fields: Vec::new(),
@@ -82,21 +106,24 @@ impl Handshake {
             Step::Stop => client.stop(),
             Step::Quiet => client.ask(Ask::Stream, "Stream 0"),
             Step::Version => client.ask(Ask::Version, "Version"),
-            Step::Params => {
-                self.knowledge = Knowledge::default();
-                client.ask(Ask::Params, "ListParams")
-            }
-            Step::Status => client.ask(Ask::Status, "GetStatus"),
+            Step::Checks => client.ask(Ask::Params, "SetParam require_crc 1"),
+            Step::Param(n) => client.ask(Ask::Params, format!("GetParam {}", NEEDED[*n])),
             Step::Stream(fields, _) => {
                 let line = telemetry::stream(self.period, fields);
                 client.ask(Ask::Stream, line)
             }
-            Step::List(..) | Step::Done => return,
+            Step::Done => return,
         };
     }
 
     fn go(&mut self, step: Step, client: &mut Client) -> Progress {
-        self.step = step;
+        self.step = match step {
+            Step::Stream(_, knows_tick_load) => {
+                let fields = telemetry::fields(self.knowledge.vehicle(), knows_tick_load);
+                Step::Stream(fields, knows_tick_load)
+            }
+            step => step,
+        };
         self.tries = 0;
         self.ask(client);
         if self.step == Step::Done {
@@ -117,7 +144,7 @@ impl Handshake {
     }
 
     /// Takes an answer of the client.
-    pub fn hear(&mut self, answer: &Answer, now: f64, client: &mut Client) -> Progress {
+    pub fn hear(&mut self, answer: &Answer, client: &mut Client) -> Progress {
         if answer.number != self.number {
             return Progress::Going;
         }
@@ -126,10 +153,8 @@ impl Handshake {
             Outcome::Reply(reply) => reply,
             Outcome::Refused(why) => {
                 return match step {
-                    Step::Stream(_, true) => {
-                        let fields = telemetry::fields(self.knowledge.vehicle(), false);
-                        self.go(Step::Stream(fields, false), client)
-                    }
+                    Step::Param(n) if why.starts_with("unknown") => self.go(after(n), client),
+                    Step::Stream(_, true) => self.go(Step::Stream(Vec::new(), false), client),
                     step => self.again(step, &format!("refused: {why}"), client),
                 };
             }
@@ -137,60 +162,34 @@ impl Handshake {
         };
         match step {
             Step::Stop => self.go(Step::Quiet, client),
-            Step::Quiet => self.go(Step::Version, client),
+            Step::Quiet if self.checks => self.go(Step::Checks, client),
+            Step::Quiet | Step::Checks => self.go(Step::Version, client),
             Step::Version => {
                 let protocol = reply.rsplit(' ').next().unwrap_or_default();
                 if !reply.starts_with("Version ") || protocol != PROTOCOL {
                     return Progress::Failed(format!("not protocol {PROTOCOL}: {reply}"));
                 }
                 reply["Version ".len()..].clone_into(&mut self.version);
-                self.go(Step::Params, client)
+                self.go(Step::Param(0), client)
             }
-            Step::Params => match reply.strip_prefix("Params ").map(str::parse) {
-                Some(Ok(count)) => {
-                    self.step = Step::List(count, now + LIST_PATIENCE);
-                    self.listed(client)
-                }
-                _ => self.again(Step::Params, "no list of parameters", client),
+            Step::Param(n) => match reply.strip_prefix("Param ") {
+                Some(row) if self.knowledge.note(row) => self.go(after(n), client),
+                _ => self.again(step, "no parameter", client),
             },
-            Step::Status => {
-                let fields = telemetry::fields(self.knowledge.vehicle(), true);
-                self.go(Step::Stream(fields, true), client)
-            }
             Step::Stream(fields, _) => {
                 self.fields = fields;
                 self.go(Step::Done, client)
             }
-            Step::List(..) | Step::Done => Progress::Going,
+            Step::Done => Progress::Going,
         }
     }
 
-    /// Takes a row. Telemetry of a stream that an earlier client has asked for is none of the list.
-    pub fn row(&mut self, row: &str, client: &mut Client) -> Progress {
-        let listing = matches!(self.step, Step::Params | Step::List(..));
-        if listing && self.knowledge.note(row) {
-            return self.listed(client);
-        }
-        Progress::Going
-    }
-
-    fn listed(&mut self, client: &mut Client) -> Progress {
-        match self.step {
-            Step::List(count, _) if self.knowledge.len() >= count => self.go(Step::Status, client),
-            _ => Progress::Going,
-        }
-    }
-
-    /// Looks at the time: a list of which a line was lost never becomes complete.
-    pub fn look(&mut self, now: f64, client: &mut Client) -> Progress {
-        match self.step {
-            Step::Stop if now >= self.begun + STOP_PATIENCE => {
-                Progress::Failed("no answer".to_owned())
-            }
-            Step::List(_, until) if now >= until => {
-                self.again(Step::Params, "half a list of parameters", client)
-            }
-            _ => Progress::Going,
+    /// Looks at the time.
+    pub fn look(&mut self, now: f64) -> Progress {
+        if self.step == Step::Stop && now >= self.begun + STOP_PATIENCE {
+            Progress::Failed("no answer".to_owned())
+        } else {
+            Progress::Going
         }
     }
 
@@ -210,6 +209,15 @@ impl Handshake {
     }
 }
 
+/// What follows the parameter of this number. The stream's fields are known when it is asked for.
+fn after(n: usize) -> Step {
+    if n + 1 < NEEDED.len() {
+        Step::Param(n + 1)
+    } else {
+        Step::Stream(Vec::new(), true)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,8 +225,15 @@ mod tests {
 
     /// A base that answers by rule, and hears what is said.
     fn talk(answer: impl Fn(&str, usize) -> Vec<String>) -> (Progress, Handshake, Vec<String>) {
+        talk_with(false, answer)
+    }
+
+    fn talk_with(
+        checks: bool,
+        answer: impl Fn(&str, usize) -> Vec<String>,
+    ) -> (Progress, Handshake, Vec<String>) {
         let mut client = Client::new(0, 115_200);
-        let mut handshake = Handshake::begin(&mut client, 0.02, 0.0);
+        let mut handshake = Handshake::begin(&mut client, 0.02, checks, 0.0);
         let (mut now, mut said) = (0.0, Vec::<String>::new());
         for _ in 0..200 {
             let mut heard = Vec::new();
@@ -228,27 +243,19 @@ mod tests {
                 let (tag, text) = tagged.split_once(' ').unwrap();
                 let before = said.iter().filter(|line| *line == text).count();
                 said.push(text.to_owned());
-                for (at, line) in answer(text, before).into_iter().enumerate() {
-                    let line = if at == 0 {
-                        check::with(&format!("{tag} {line}"))
-                    } else {
-                        line
-                    };
+                for line in answer(text, before) {
+                    let line = check::with(&format!("{tag} {line}"));
                     heard.push(client.hear(&line));
                 }
             }
             now += 0.1;
             heard.push(Heard::Answers(client.ended(now)));
-            let mut all = vec![handshake.look(now, &mut client)];
+            let mut all = vec![handshake.look(now)];
             for heard in heard {
-                match heard {
-                    Heard::Answers(answers) => {
-                        for answer in answers {
-                            all.push(handshake.hear(&answer, now, &mut client));
-                        }
+                if let Heard::Answers(answers) = heard {
+                    for answer in answers {
+                        all.push(handshake.hear(&answer, &mut client));
                     }
-                    Heard::Row(row) => all.push(handshake.row(&row, &mut client)),
-                    _ => {}
                 }
             }
             if let Some(end) = all.into_iter().find(|p| *p != Progress::Going) {
@@ -259,32 +266,33 @@ mod tests {
     }
 
     fn base(line: &str) -> Vec<String> {
-        let lines: &[&str] = match line {
-            "Version" => &["Version vehicle-controller 0.1.0 test 1"],
-            "ListParams" => &[
-                "Params 2",
-                "~ max_speed 0.7 0 20 m/s",
-                "~ 12.5 1 2 3",
-                "~ deadman 1 0 60 s",
-            ],
-            "GetStatus" => &["Status HOLD HOLD enabled none"],
-            _ => &["OK"],
-        };
-        lines.iter().map(|line| (*line).to_owned()).collect()
+        vec![match line {
+            "Version" => "Version vehicle-controller 0.1.0 test 1".to_owned(),
+            "GetParam max_speed" => "Param max_speed 0.7 m/s".to_owned(),
+            "GetParam wheel_base" => "Param wheel_base 0.2 m".to_owned(),
+            line if line.starts_with("GetParam") => "ERR unknown no such parameter".to_owned(),
+            _ => "OK".to_owned(),
+        }]
     }
 
     #[test]
     fn a_base_is_stopped_and_known() {
         let (end, handshake, said) = talk(|line, _| base(line));
         assert_eq!(end, Progress::Done);
-        assert_eq!(
-            said[..5],
-            ["Stop", "Stream 0", "Version", "ListParams", "GetStatus"]
+        assert_eq!(said[..4], ["Stop", "Stream 0", "Version", "GetParam track"]);
+        assert!(
+            said.last()
+                .unwrap()
+                .starts_with("Stream 0.02 t x y theta v_s v_alpha ")
         );
-        assert!(said[5].starts_with("Stream 0.02 t x y theta v_s v_alpha "));
+        assert_eq!(said.len(), 4 + NEEDED.len());
         assert_eq!(handshake.version(), "vehicle-controller 0.1.0 test 1");
         assert_eq!(handshake.knowledge().get("max_speed"), Some(0.7));
+        assert_eq!(handshake.knowledge().len(), 2);
         assert!(handshake.fields().contains(&Field::TickLoad));
+        let (end, _, said) = talk_with(true, |line, _| base(line));
+        assert_eq!(end, Progress::Done);
+        assert_eq!(said[2], "SetParam require_crc 1");
     }
 
     #[test]
@@ -303,13 +311,13 @@ mod tests {
     #[test]
     fn lost_lines_are_asked_for_again() {
         let (end, handshake, said) = talk(|line, before| match (line, before) {
-            ("Version", 0) => vec![],
-            ("ListParams", 0) => base(line)[..2].to_vec(),
+            ("Version" | "GetParam max_speed", 0) => vec![],
+            ("GetParam wheel_base", 0) => vec!["ERR checksum".into()],
             _ => base(line),
         });
         assert_eq!(end, Progress::Done);
         assert_eq!(handshake.knowledge().len(), 2);
-        assert_eq!(said.iter().filter(|line| *line == "ListParams").count(), 2);
+        assert_eq!(said.len(), 4 + NEEDED.len() + 3);
     }
 
     #[test]
@@ -319,14 +327,9 @@ mod tests {
             _ => base(line),
         });
         assert!(matches!(end, Progress::Failed(_)));
-        for silent in ["Stop", "Version"] {
+        for silent in ["Stop", "Version", "GetParam k_rot"] {
             let (end, ..) = talk(|line, _| if line == silent { vec![] } else { base(line) });
             assert_eq!(end, Progress::Failed("no answer".into()), "{silent}");
         }
-        let (end, ..) = talk(|line, _| match line {
-            "ListParams" => base(line)[..2].to_vec(),
-            _ => base(line),
-        });
-        assert_eq!(end, Progress::Failed("half a list of parameters".into()));
     }
 }

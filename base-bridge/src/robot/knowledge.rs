@@ -1,4 +1,4 @@
-//! The base's parameters, as it lists them, and its estimate.
+//! The base's parameters, and its estimate.
 
 use crate::frames::Pose;
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ pub struct Knowledge {
 }
 
 impl Knowledge {
-    /// Takes an entry of `ListParams`: `name value min max unit`. False if it is none.
+    /// Takes what follows `Param`: `name value unit`. False if it is none.
     pub fn note(&mut self, row: &str) -> bool {
         let mut words = row.split_ascii_whitespace();
         let (Some(name), Some(value)) = (words.next(), words.next()) else {
@@ -112,7 +112,7 @@ mod tests {
         let of = |names: &[&str]| {
             let mut knowledge = Knowledge::default();
             for name in names {
-                assert!(knowledge.note(&format!("{name} 1 0 2 m")));
+                assert!(knowledge.note(&format!("{name} 1 m")));
             }
             knowledge.vehicle()
         };
@@ -123,13 +123,13 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_are_telemetry_are_none() {
+    fn what_is_no_parameter_is_none() {
         let mut knowledge = Knowledge::default();
         assert!(!knowledge.note("0.477 0.000000 0.000000"));
         assert!(!knowledge.note("wheel_base"));
         assert!(!knowledge.note("wheel_base x"));
         assert!(knowledge.is_empty());
-        assert!(knowledge.note("wheel_base 0.2 0.02 5 m"));
+        assert!(knowledge.note("wheel_base 0.2 m"));
         assert_eq!(knowledge.get("wheel_base"), Some(0.2));
         assert_eq!(knowledge.len(), 1);
         assert_eq!(knowledge.or_zero("track"), 0.0);

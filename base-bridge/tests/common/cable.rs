@@ -7,6 +7,8 @@ use nix::fcntl::{FcntlArg, OFlag, fcntl};
 use nix::pty::openpty;
 use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 use nix::unistd::{read, ttyname, write};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::path::{Path, PathBuf};
@@ -31,6 +33,63 @@ impl Door for Wire {
 
     fn name(&self) -> String {
         "wire".into()
+    }
+}
+
+/// A wire beside a motor: each byte, either way, is another one with this probability.
+pub struct Noisy {
+    pub base: Base,
+    pub seed: u64,
+    pub share: f64,
+}
+
+impl Door for Noisy {
+    fn open(&mut self) -> Result<Ends> {
+        let Ends { reader, writer } = Wire(self.base.clone()).open()?;
+        self.seed += 2;
+        let noise = |seed| Noise(ChaCha8Rng::seed_from_u64(seed), self.share);
+        Ok(Ends {
+            reader: Box::new(Disturbed(reader, noise(self.seed))),
+            writer: Box::new(Disturbed(writer, noise(self.seed + 1))),
+        })
+    }
+
+    fn name(&self) -> String {
+        "noisy wire".into()
+    }
+}
+
+struct Noise(ChaCha8Rng, f64);
+
+impl Noise {
+    fn disturb(&mut self, bytes: &mut [u8]) {
+        for byte in bytes {
+            if self.0.random_bool(self.1) {
+                *byte ^= 1 << self.0.random_range(0..8);
+            }
+        }
+    }
+}
+
+struct Disturbed<T>(T, Noise);
+
+impl<T: Read> Read for Disturbed<T> {
+    fn read(&mut self, bytes: &mut [u8]) -> Result<usize> {
+        let count = self.0.read(bytes)?;
+        self.1.disturb(&mut bytes[..count]);
+        Ok(count)
+    }
+}
+
+impl<T: Write> Write for Disturbed<T> {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        let mut bytes = bytes.to_vec();
+        self.1.disturb(&mut bytes);
+        self.0.write(&bytes)
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.0.flush()
     }
 }
 
