@@ -1,0 +1,4 @@
+//! What the base tells, in the numbers of messages.
+
+pub mod covariance;
+pub mod joints;
