@@ -58,7 +58,8 @@ export function app(page: Window, sources: Sources): App {
   const banners = place("banners");
   const top = header.mount(place("header"), live, { help: helping.open, scheme: scheme(page) });
   const closeLog = () => showLog(undefined);
-  const alerts = banner.mount(banners, live, { say, alarm: sound.sound, closeLog });
+  const disconnect = async () => showLive(await sources.disconnect());
+  const alerts = banner.mount(banners, live, { say, alarm: sound.sound, closeLog, disconnect: () => void disconnect() });
   let logAlerts: View | undefined;
 
   const desk = {
@@ -78,7 +79,7 @@ export function app(page: Window, sources: Sources): App {
     bar.showsLog(next !== undefined);
     line.showsLog(next?.connection.state === "log" ? next.connection.name : undefined);
     logAlerts?.destroy();
-    logAlerts = next && banner.mount(banners, next, { say, alarm: () => {}, closeLog });
+    logAlerts = next && banner.mount(banners, next, { say, alarm: () => {}, closeLog, disconnect: () => {} });
     offerWorld();
   };
   const showLive = (next: Model) => {
@@ -93,7 +94,7 @@ export function app(page: Window, sources: Sources): App {
       showLive(await sources.connect());
       panels.select("Console");
     },
-    disconnect: async () => showLive(await sources.disconnect()),
+    disconnect,
     loadLog: async (file) => showLog(await sources.readLog(file, live)),
     closeLog,
     say,

@@ -4,6 +4,8 @@ import type { Alarm, Connection, Cursor, Estimate, Geometry, History, Model, Pla
 import { STATES } from "./model.ts";
 import { type NextFrame, nextFrame, Topics } from "./topics.ts";
 
+const NEVER: Model["heardAt"] = { telemetry: undefined, pose: undefined, states: undefined, motors: undefined };
+
 /** What was read. */
 export interface Recording {
   readonly name: string;
@@ -28,7 +30,9 @@ export class LogModel implements Model {
   readonly statistics = { heardBytesPerSecond: 0, sentBytesPerSecond: 0, damagedLines: 0, unanswered: 0 };
   readonly alarm: Alarm | undefined = undefined;
   readonly streaming = true;
-  readonly telemetryAt = 0;
+  readonly pose = undefined;
+  readonly heardAt = NEVER;
+  readonly unresponsive = false;
   readonly commands = undefined;
   readonly mayDrive = false;
   readonly history: History;

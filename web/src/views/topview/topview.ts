@@ -82,7 +82,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     frame = 0;
     clearTimeout(ageing);
     if (!resize()) return;
-    const shown = snapshot(model, Date.now());
+    const shown = snapshot(model, performance.now());
     place(shown);
     const goal = drag.dragged ?? keyDragged() ?? ordered;
     const words = drag.active ? "release to order, Esc cancels" : byKeys ? keyWords(byKeys) : ordered ? "asked for" : "";
@@ -122,7 +122,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     if (wait > 0) {
       telling ??= setTimeout(() => {
         telling = undefined;
-        tell(snapshot(model, Date.now()));
+        tell(snapshot(model, performance.now()));
       }, wait);
       return;
     }
@@ -141,7 +141,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     following = on;
     ui.follow.setAttribute("aria-pressed", String(on));
     if (on) {
-      const { pose } = snapshot(model, Date.now());
+      const { pose } = snapshot(model, performance.now());
       if (pose) view = { ...view, x: pose.x, y: pose.y };
     }
     invalidate();
@@ -161,7 +161,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     for (const { line } of [ways.estimated, ways.truly]) {
       for (let index = 0; index < line.x.length; index += 1) extent.add(line.x[index] as number, line.y[index] as number);
     }
-    const { pose, truth } = snapshot(model, Date.now());
+    const { pose, truth } = snapshot(model, performance.now());
     for (const at of [pose, truth]) if (at) extent.add(at.x, at.y, 0.5);
     for (const { x, y } of model.path.postures) extent.add(x, y, 0.3);
     for (const { pose: at, radius, bound } of model.map?.places ?? []) if (at) extent.add(at.x, at.y, Math.max(radius, bound));
