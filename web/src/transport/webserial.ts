@@ -242,6 +242,8 @@ export class WebSerialTransport implements Transport {
   #onDisconnect = (event: Event): void => {
     if (event.target !== this.#port) return;
     this.#plugged = false;
+    // An attempt that is under way has overtaken itself: it would take a dead port for a session, and not hear of the live one.
+    this.#attempts += 1;
     this.#retry();
     this.#lose("it was unplugged");
   };
