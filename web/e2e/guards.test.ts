@@ -138,7 +138,11 @@ test("a page of another origin gets no connection, whatever role it asks for, an
       assert.ok(frame);
       // The driver of the browser may look into a frame of any origin.
       const inFrame = await frame.evaluate(() => [document.title, document.getElementById("stopbar") === null]);
-      assert.deepEqual([inFrame[0] !== (await own.title()), inFrame[1]], [true, true], `the frame shows an error and not the page: ${inFrame[0]}`);
+      assert.deepEqual(
+        [inFrame[0] !== (await own.title()), inFrame[1]],
+        [true, true],
+        `the frame shows an error and not the page: ${inFrame[0]}`,
+      );
     }
   } finally {
     foreign.close();
