@@ -63,7 +63,7 @@ pub fn open(address: SocketAddr) -> Result<Port> {
     });
     let mut is_in_line = false;
     Ok(Port {
-        input,
+        input: Box::new(move || input.try_recv()),
         output: Box::new(move |bytes| {
             let mut client = client.lock().unwrap_or_else(PoisonError::into_inner);
             if client
@@ -135,6 +135,9 @@ mod tests {
         let said = ["", "wer_on\n@1 ", "OK\n", "@2 OK\n"];
         assert_eq!(heard(true, &said), "@1 OK\n@2 OK\n");
         assert_eq!(heard(false, &said), "wer_on\n@1 OK\n@2 OK\n");
-        assert_eq!(heard(true, &["boo", "t po", "wer_on\n", "@1 OK\n"]), "@1 OK\n");
+        assert_eq!(
+            heard(true, &["boo", "t po", "wer_on\n", "@1 OK\n"]),
+            "@1 OK\n"
+        );
     }
 }
