@@ -35,7 +35,8 @@ export interface Sources {
   /** Leaves the base; resolves with none. */
   disconnect(): Promise<Model>;
   readLog(file: File, live: Model): Promise<Model>;
-  csv(model: Model): Blob;
+  /** The rows of a stretch of time as a table, and how many they are. */
+  csv(model: Model, from: number, to: number): { readonly blob: Blob; readonly rows: number };
 }
 
 export interface App {
@@ -102,7 +103,14 @@ export function app(page: Window, sources: Sources): App {
   const views: readonly View[] = [
     topview.mount(place("topview"), live),
     strips.mount(place("strips"), live),
-    timeline.mount(place("timeline"), live, { onSaveCsv: () => save(page, sources.csv(shown()), fileName(shown(), "csv")) }),
+    timeline.mount(place("timeline"), live, {
+      say,
+      onSaveCsv: ({ from, to }) => {
+        const { blob, rows } = sources.csv(shown(), from, to);
+        save(page, blob, fileName(shown(), "csv"));
+        say(`Save CSV: ${rows} rows`);
+      },
+    }),
     conversation,
     parameters.mount(desk.parameters, live, say),
     gains,

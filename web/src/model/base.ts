@@ -239,7 +239,7 @@ export class Base {
     const [what, name, place] = words;
     if (what === "boot") this.#effects.anew();
     if (what === "fault" && name !== undefined) {
-      const known = this.status ?? { moveState: "HOLD", turnState: "HOLD", enabled: true, fault: name };
+      const known = this.status ?? { moveState: undefined, turnState: undefined, enabled: undefined, fault: name };
       const { place: _, ...rest } = known;
       const wheels = place === "left" || place === "right" || place === "both" ? place : undefined;
       this.status = { ...rest, fault: name, ...(wheels && { place: wheels }) };

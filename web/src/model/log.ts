@@ -59,9 +59,10 @@ export class LogModel implements Model {
     const at = cursor.t === undefined ? history.length - 1 : history.indexAt(cursor.t);
     const moveState = STATES[history.at("move_state", at)];
     const turnState = STATES[history.at("turn_state", at)];
-    if (!moveState || !turnState) return undefined;
     const change = changeAt(this.#faults, cursor.t ?? Number.POSITIVE_INFINITY);
-    return { moveState, turnState, enabled: true, fault: change?.fault ?? "none", ...(change?.place && { place: change.place }) };
+    if (!moveState && !turnState && !change) return undefined;
+    // No log tells whether the motors were enabled.
+    return { moveState, turnState, enabled: undefined, fault: change?.fault ?? "none", ...(change?.place && { place: change.place }) };
   }
 
   setCursor(t: number | undefined): void {

@@ -3,8 +3,9 @@
  * times seconds of the base's own clock, as in the protocol; NaN stands for what is not known.
  */
 
-export const STATES = ["HOLD", "ACCEL", "MOVE", "DECCEL"] as const;
-export type AxisState = (typeof STATES)[number];
+import { type AxisState, STATES } from "../protocol/states.ts";
+
+export { type AxisState, STATES };
 
 /** The columns of the history. States are indices into STATES. */
 export const CHANNELS = [
@@ -59,10 +60,11 @@ export interface Estimate extends Pose {
   readonly covariance: Covariance;
 }
 
+/** What is not known is undefined: a log may tell faults alone. */
 export interface Status {
-  readonly moveState: AxisState;
-  readonly turnState: AxisState;
-  readonly enabled: boolean;
+  readonly moveState: AxisState | undefined;
+  readonly turnState: AxisState | undefined;
+  readonly enabled: boolean | undefined;
   /** `none`, or the name of the fault that is latched. */
   readonly fault: string;
   /** The wheels that it is about, if the event was heard. */

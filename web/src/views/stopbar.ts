@@ -75,8 +75,8 @@ export function mount(element: HTMLElement, first: Model): StopBar {
       setText(element, status ? text : "");
       element.classList.toggle("old", old);
     };
-    tell(states, `move ${status?.moveState} · turn ${status?.turnState}`, model.heardAt.states);
-    tell(motors, ` · motors ${status?.enabled ? "enabled" : "disabled"}`, model.heardAt.motors);
+    tell(states, `move ${status?.moveState ?? "–"} · turn ${status?.turnState ?? "–"}`, model.heardAt.states);
+    tell(motors, ` · motors ${status?.enabled === undefined ? "–" : status.enabled ? "enabled" : "disabled"}`, model.heardAt.motors);
     show(whose, log && connection.state !== "none");
     setText(whose, log && connection.state !== "none" ? `These act on the live base (${describe(model)}), not on the log.` : "");
     const problem = unreachable(model);

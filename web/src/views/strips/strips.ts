@@ -158,6 +158,7 @@ export function mount(element: HTMLElement, first: Model): View {
     const { history, cursor } = model;
     const [oldest, newest] = [history.at("t", 0), history.at("t", history.length - 1)];
     shown = stretch(span.seconds, oldest, newest, cursor.t, shown);
+    span.shown = shown;
     pyramid.update(history);
     for (const each of [runs.move, runs.turn]) each.update(history);
     const step = timeStep(shown.to - shown.from, plotWidth(), 70);
