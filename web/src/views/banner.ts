@@ -32,7 +32,7 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
     h(
       "span",
       {},
-      "⚠ What came back may be another base than before. Nothing but Stop is sent to it until you say that it is to be driven.",
+      "⚠ What came back may be another base than before. It is asked what it is, and Stop reaches it; it is driven when you say so.",
     ),
     button("Drive it", () => model.commands?.confirmBase(), testid("drive-it")),
     button("Disconnect", options.disconnect, testid("disconnect-it")),

@@ -87,8 +87,10 @@ export function mount(element: HTMLElement, first: Model): StopBar {
     for (const each of [enable, disable, clear]) each.disabled = !model.mayDrive;
     show(clear, status !== undefined && status.fault !== "none");
   };
-  const base = watch(model, ["connection", "status", "world"], (next) => {
+  const base = watch(model, ["connection", "status", "world", "alarm"], (next) => {
     model = next;
+    // What was said of a Stop before it turned out that nobody answers.
+    if (next.alarm && said.classList.contains("done")) said.textContent = "";
     draw();
   });
 
