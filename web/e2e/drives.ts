@@ -97,6 +97,14 @@ export async function shiftClickAddsPostures(page: Page): Promise<void> {
   await until(page, "two postures", (model) => model.path.postures.length === 2);
   const [first, second] = await ask(page, (model) => model.path.postures);
   assert.ok(first && second && first.x - second.x > 0.5, `the first is to the right of the second: ${JSON.stringify([first, second])}`);
+  // A finger has no Shift, and who drives by keys alone has no pointer.
+  await part(page, "add-postures").click();
+  await clickGoal(page, -60, -50, []);
+  await until(page, "three postures", (model) => model.path.postures.length === 3);
+  await part(page, "add-postures").click();
+  await page.locator("canvas.topview-canvas").focus();
+  for (const key of ["g", "ArrowUp", "Enter", "Shift+Enter"]) await page.keyboard.press(key);
+  await until(page, "four postures", (model) => model.path.postures.length === 4);
   await part(page, "stop").click();
   await until(page, "the path is ended", (model) => model.path.mode === "idle");
   await rest(page);

@@ -95,7 +95,7 @@ export async function connected(page: Page, role: "drive" | "watch"): Promise<vo
   await part(page, "connection-state")
     .and(page.locator(`[data-state="open"][data-role="${role}"]`))
     .waitFor();
-  await until(page, "telemetry", (model) => Date.now() - model.telemetryAt < 200 && model.history.length > 5);
+  await until(page, "telemetry", (model) => performance.now() - (model.heardAt.telemetry ?? 0) < 200 && model.history.length > 5);
   if (role === "drive") await until(page, "parameters and status", (model) => model.parameters.size > 0 && model.status !== undefined);
 }
 

@@ -118,6 +118,46 @@ test("a Stop that is pressed while the cable is out is the first order when it i
   await until(page, "no alarm", (model) => model.alarm === undefined);
 });
 
+test("what comes back as another device is asked and can be stopped; it is driven when somebody says so", async () => {
+  const page = await plugIn();
+  await type(page, "m 3 0.2");
+  await until(page, "MOVE", (model) => model.status?.moveState === "MOVE");
+  await cable?.unplug();
+  await until(page, "lost", (model) => model.connection.state === "lost");
+  await cable?.plug(true);
+  await connected(page, "drive");
+  await part(page, "another-base").waitFor();
+  await shoot(page, "another-base");
+  await type(page, "m 0.1 0.2");
+  await page.keyboard.press("Escape");
+  await page.keyboard.press(" ");
+  await rest(page);
+  assert.equal((await sent(page)).filter((line) => MOVES.test(line)).length, 1, "only what was asked for before");
+  await part(page, "drive-it").click();
+  await part(page, "another-base").waitFor({ state: "hidden" });
+  const before = await now(page, "x");
+  await type(page, "m 0.1 0.2");
+  await until(page, "it moves", (model, x) => model.history.at("x", model.history.length - 1) > x + 0.08, before);
+  await rest(page);
+});
+
+test("a cable that flaps: it comes back, nothing that moves is sent again, and Stop works", async () => {
+  const page = await plugIn();
+  await type(page, "m 3 0.2");
+  await until(page, "MOVE", (model) => model.status?.moveState === "MOVE");
+  for (let flap = 0; flap < 10; flap += 1) {
+    await cable?.unplug();
+    if (flap % 3 === 0) await page.waitForTimeout(40 * flap);
+    await cable?.plug();
+    if (flap % 2 === 0) await page.waitForTimeout(30 * flap);
+  }
+  await connected(page, "drive");
+  assert.equal((await sent(page)).filter((line) => MOVES.test(line)).length, 1);
+  await page.keyboard.press(" ");
+  await rest(page);
+  assert.ok((await now(page, "x")) < 3);
+});
+
 test("a page that is left lets go of the port: the base's deadman stops what has no end", async () => {
   const page = await plugIn();
   await type(page, "m inf 0.2");

@@ -8,7 +8,8 @@ import type { Page } from "playwright-core";
 
 export interface Cable {
   unplug(): Promise<void>;
-  plug(): Promise<void>;
+  /** `other`: as another device that looks alike. */
+  plug(other?: boolean): Promise<void>;
   /** What the page has written, all of it. */
   readonly written: string;
   end(): void;
@@ -45,8 +46,8 @@ export async function standIn(page: Page, terminal: string): Promise<Cable> {
       });
   }, PACKET_MS);
   return {
-    unplug: () => page.evaluate(() => window.cable?.plug(false)),
-    plug: () => page.evaluate(() => window.cable?.plug(true)),
+    unplug: () => page.evaluate(() => window.cable?.plug(false, false)),
+    plug: (other = false) => page.evaluate((as) => window.cable?.plug(true, as), other),
     get written() {
       return written;
     },
@@ -65,7 +66,8 @@ export async function standIn(page: Page, terminal: string): Promise<Cable> {
 
 interface FarEnd {
   hear(bytes: string): void;
-  plug(on: boolean): void;
+  /** `other`: the browser takes what is plugged in for another device that looks alike, as after a real one's new start. */
+  plug(on: boolean, other: boolean): void;
 }
 
 declare global {
@@ -113,7 +115,7 @@ function inPage(): void {
     }
   }
 
-  const port = new Port();
+  let port = new Port();
   const serial = Object.assign(new EventTarget(), {
     requestPort: async () => port,
     getPorts: async () => [port],
@@ -123,8 +125,9 @@ function inPage(): void {
     hear: (bytes) => {
       if (plugged) controller?.enqueue(Uint8Array.from(bytes, (byte) => byte.charCodeAt(0)));
     },
-    plug: (on) => {
+    plug: (on, other) => {
       plugged = on;
+      if (other) port = new Port();
       if (!on) {
         controller?.error(new DOMException("The device has been lost.", "NetworkError"));
         controller = undefined;

@@ -35,7 +35,8 @@ export interface Sources {
   /** Leaves the base; resolves with none. */
   disconnect(): Promise<Model>;
   readLog(file: File, live: Model): Promise<Model>;
-  csv(model: Model): Blob;
+  /** The rows of a stretch of time as a table, and how many they are. */
+  csv(model: Model, from: number, to: number): { readonly blob: Blob; readonly rows: number };
 }
 
 export interface App {
@@ -58,7 +59,8 @@ export function app(page: Window, sources: Sources): App {
   const banners = place("banners");
   const top = header.mount(place("header"), live, { help: helping.open, scheme: scheme(page) });
   const closeLog = () => showLog(undefined);
-  const alerts = banner.mount(banners, live, { say, alarm: sound.sound, closeLog });
+  const disconnect = async () => showLive(await sources.disconnect());
+  const alerts = banner.mount(banners, live, { say, alarm: sound.sound, closeLog, disconnect: () => void disconnect() });
   let logAlerts: View | undefined;
 
   const desk = {
@@ -78,7 +80,7 @@ export function app(page: Window, sources: Sources): App {
     bar.showsLog(next !== undefined);
     line.showsLog(next?.connection.state === "log" ? next.connection.name : undefined);
     logAlerts?.destroy();
-    logAlerts = next && banner.mount(banners, next, { say, alarm: () => {}, closeLog });
+    logAlerts = next && banner.mount(banners, next, { say, alarm: () => {}, closeLog, disconnect: () => {} });
     offerWorld();
   };
   const showLive = (next: Model) => {
@@ -93,7 +95,7 @@ export function app(page: Window, sources: Sources): App {
       showLive(await sources.connect());
       panels.select("Console");
     },
-    disconnect: async () => showLive(await sources.disconnect()),
+    disconnect,
     loadLog: async (file) => showLog(await sources.readLog(file, live)),
     closeLog,
     say,
@@ -101,7 +103,14 @@ export function app(page: Window, sources: Sources): App {
   const views: readonly View[] = [
     topview.mount(place("topview"), live),
     strips.mount(place("strips"), live),
-    timeline.mount(place("timeline"), live, { onSaveCsv: () => save(page, sources.csv(shown()), fileName(shown(), "csv")) }),
+    timeline.mount(place("timeline"), live, {
+      say,
+      onSaveCsv: ({ from, to }) => {
+        const { blob, rows } = sources.csv(shown(), from, to);
+        save(page, blob, fileName(shown(), "csv"));
+        say(`Save CSV: ${rows} rows`);
+      },
+    }),
     conversation,
     parameters.mount(desk.parameters, live, say),
     gains,

@@ -1,13 +1,13 @@
 /** Parameters, calibration, the world and the words of the header: what is worked out before anything is drawn. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import type { Parameter } from "../src/model/model.ts";
+import type { Connection, Parameter } from "../src/model/model.ts";
 import { seedOf } from "../src/views/calibration.ts";
 import { type Clock, Fixes, type Tally } from "../src/views/fixes.ts";
 import { GAIN_NAMES, gainWords, trueGains } from "../src/views/gains.ts";
 import { baseName, paceWords } from "../src/views/header.ts";
 import { refusedValue } from "../src/views/parameters.ts";
-import { unreachable } from "../src/views/stopbar.ts";
+import { aged, unreachable } from "../src/views/stopbar.ts";
 import { order, refusal } from "../src/views/view.ts";
 import { factorOf, weaker } from "../src/views/world.ts";
 
@@ -103,11 +103,20 @@ test("a weaker motor is told as the scripts have it, and read back", () => {
 });
 
 test("an order that would not reach the base is not said to have been sent", () => {
-  const open = { state: "open", to: "x", role: "drive", seatFree: false } as const;
-  assert.equal(unreachable(open, true), undefined);
-  assert.match(unreachable({ ...open, role: "watch" }, false) ?? "", /only watches: it reaches nobody/);
-  assert.match(unreachable({ state: "lost", to: "x", why: "y", retryAt: undefined }, false) ?? "", /emergency stop/);
-  assert.match(unreachable({ state: "none" }, false) ?? "", /no base/);
+  const open = { state: "open", to: "x", role: "drive", seatFree: false, another: false } as const;
+  const why = (connection: Connection, unresponsive = false) => unreachable({ connection, unresponsive }) ?? "";
+  assert.equal(why(open), "");
+  assert.equal(why({ ...open, another: true }), "", "whichever base it is, it is stopped");
+  assert.match(why(open, true), /does not answer/);
+  assert.match(why({ ...open, role: "watch" }), /only watches: it reaches nobody/);
+  assert.match(why({ state: "lost", to: "x", why: "y", retryAt: undefined }), /emergency stop/);
+  assert.match(why({ state: "none" }), /no base/);
+});
+
+test("what was told long ago is shown with its age", () => {
+  assert.deepEqual(aged("move HOLD", true, 0.9), { text: "move HOLD", old: false });
+  assert.deepEqual(aged("move HOLD", true, 3.2), { text: "move HOLD (3 s old)", old: true });
+  assert.deepEqual(aged("move HOLD", false, 0.1), { text: "move HOLD (0 s old)", old: true });
 });
 
 test("a refusal is told with its reason, an answer that did not come as that", async () => {

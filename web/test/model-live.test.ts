@@ -598,3 +598,88 @@ test("each listener is called at most once a frame, and one that fails does not 
   await clock.pass(50);
   assert.equal(calls, 1);
 });
+
+test("a foreign stream without times tells no states and no pose, and does not keep them fresh", async () => {
+  const { begin, model, transport, telemetry, clock, base } = bench();
+  await begin();
+  telemetry({ t: "1.000", x: "0.500000", y: "0.000000", theta: "0.00000", move_state: "HOLD", turn_state: "HOLD" });
+  assert.equal(await model.commands.send("Stream 0.1 battery move_state"), "OK");
+  base.answers.set("getstatus", ["Status MOVE HOLD enabled none"]);
+  base.answers.set("getestpos", ["EstPos 0.750000 0.000000 0.00000 0 0 0 0 0 0"]);
+  await clock.pass(300);
+  const sampled = model.heardAt.telemetry ?? 0;
+  for (let line = 0; line < 20; line += 1) {
+    transport.hear("~ 12.000 HOLD");
+    await clock.pass(100);
+  }
+  assert.equal(model.status?.moveState, "MOVE", "the last sample's state is not the base's");
+  assert.equal(model.heardAt.telemetry, sampled);
+  const age = (at: number | undefined) => clock.elapsed() - (at ?? 0);
+  assert.ok(age(model.heardAt.states) <= 250 && age(model.heardAt.motors) <= 250 && age(model.heardAt.pose) <= 200);
+  assert.equal(model.pose?.x, 0.75, "the base still answers where it is");
+  assert.equal(base.heard.filter((line) => line.startsWith("Stream 0.02")).length, 1, "the telemetry that was asked for has not stopped");
+  base.answers.set("getstatus", undefined);
+  base.answers.set("getestpos", undefined);
+  await clock.pass(2000);
+  assert.ok(age(model.heardAt.states) >= 2000 && age(model.heardAt.pose) >= 2000);
+});
+
+test("a base that answers nothing is told from one that does, whatever telemetry says", async () => {
+  const { begin, model, transport, telemetry, clock, base } = bench();
+  await begin();
+  assert.ok(!model.unresponsive);
+  transport.base = () => [];
+  for (let tick = 0; tick < 200; tick += 1) {
+    telemetry({ t: `${1 + tick / 50}` });
+    await clock.pass(20);
+  }
+  assert.ok(model.unresponsive && model.connection.state === "open");
+  transport.base = base.reply;
+  await clock.pass(1500);
+  assert.ok(!model.unresponsive);
+});
+
+test("a base that no longer sends checks is heard again: told so, or learned from its telemetry", async () => {
+  for (const told of [true, false]) {
+    const { begin, model, telemetry, transport, clock, base } = bench();
+    await begin();
+    base.parameters.set("require_crc", "1 0 1 -");
+    await model.commands.send("GetParam require_crc");
+    telemetry({ t: "1.000" });
+    assert.equal(model.history.length, 0, "without a check it is damaged");
+    base.parameters.set("require_crc", "0 0 1 -");
+    if (told) await model.commands.send("ResetParams");
+    // One has come already.
+    const lines = told ? 1 : 19;
+    for (let line = 0; line < lines; line += 1) telemetry({ t: `${2 + line / 50}` });
+    assert.equal(model.history.length, 1, `${told}`);
+    transport.hear("! fault stall");
+    assert.equal(model.status?.fault, "stall");
+    await clock.pass(200);
+    if (told) assert.equal(model.parameters.get("require_crc")?.value, 0);
+  }
+});
+
+test("what may be another base is asked and stopped, and not driven until somebody says so", async () => {
+  const { begin, model, transport, clock, base } = bench();
+  await begin();
+  transport.goes();
+  transport.comes("drive", true);
+  await clock.pass(200);
+  assert.ok(model.connection.state === "open" && model.connection.another && !model.mayDrive);
+  assert.ok(model.status !== undefined, "it may say what it is");
+  let since = base.heard.length;
+  await assert.rejects(model.commands.send("m 1"), /another base/);
+  await assert.rejects(model.commands.goTo({ x: 1, y: 0, theta: undefined }), /another base/);
+  assert.ok(base.heard.slice(since).every((line) => !MOVES.test(line)));
+  model.commands.stop();
+  assert.equal(base.heard.at(-1), "Stop");
+  transport.goes();
+  transport.comes("drive");
+  await clock.pass(200);
+  assert.ok(!model.mayDrive, "another cut makes it no better known");
+  model.commands.confirmBase();
+  since = base.heard.length;
+  assert.equal(await model.commands.send("m 1"), "OK");
+  assert.ok(model.mayDrive && base.heard.slice(since).includes("m 1"));
+});

@@ -45,7 +45,7 @@ test("a trace: radians become degrees, with the truth, the covariance and the fa
   const [estimate] = model.estimates;
   close(estimate?.covariance[2] ?? 0, (1e-3 * 180) / Math.PI);
   close(estimate?.covariance[5] ?? 0, 1e-2 * (180 / Math.PI) ** 2);
-  assert.deepEqual(model.status, { moveState: "MOVE", turnState: "HOLD", enabled: true, fault: "stall" });
+  assert.deepEqual(model.status, { moveState: "MOVE", turnState: "HOLD", enabled: undefined, fault: "stall" });
   model.setCursor(0.7);
   assert.equal(model.status?.fault, "none");
   assert.ok(model.commands === undefined && !model.mayDrive);
@@ -97,7 +97,17 @@ test("what is saved is read as it was", async () => {
       battery: 12,
     });
   }
-  const blob = csv({ history: ring, faultAt: (t) => (t < 2 ? undefined : t < 2.5 ? "stall" : "none") });
+  const { blob, rows } = csv(
+    { history: ring, faultAt: (t) => (t < 2 ? undefined : t < 2.5 ? "stall" : "none") },
+    Number.NEGATIVE_INFINITY,
+    Number.POSITIVE_INFINITY,
+  );
+  assert.equal(rows, ring.length);
+  const part = csv({ history: ring }, 1.99, 2.5);
+  assert.equal(part.rows, 26, "the rows of a stretch, its ends included");
+  assert.match((await part.blob.text()).split("\n")[2] ?? "", /^2,/);
+  assert.equal(csv({ history: ring }, 10, 20).rows, 0);
+  assert.equal(csv({ history: new Ring(1) }, Number.NEGATIVE_INFINITY, Number.POSITIVE_INFINITY).rows, 0);
   const text = await blob.text();
   const [comment = "", header = ""] = text.split("\n");
   assert.match(comment, /^# units: t s; x m; .*theta deg/);
@@ -254,7 +264,7 @@ test("a run in which things break: its trace and its transcript tell the same fa
   // No pose is told in the transcript, and still it can be scrubbed through, with its states.
   assert.ok(Number.isNaN(transcript.history.at("x", 0)));
   transcript.setCursor(2.6);
-  assert.deepEqual(transcript.status, { moveState: "HOLD", turnState: "HOLD", enabled: true, fault: "estop" });
+  assert.deepEqual(transcript.status, { moveState: "HOLD", turnState: "HOLD", enabled: undefined, fault: "estop" });
   trace.setCursor(2.05);
   assert.deepEqual([trace.status?.moveState, trace.status?.fault], ["MOVE", "none"]);
   // The stuck encoder makes the estimate stop short of where the base is.

@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { uniform } from "../src/model/random.ts";
 import { WebSerialTransport } from "../src/transport/webserial.ts";
 import { FakeClock, settle } from "./fakes/clock.ts";
 import { FakePort, FakeSerial } from "./fakes/serial.ts";
@@ -128,6 +129,38 @@ test("a port that only looks alike may be another board's; a different one is no
   await clock.pass(50);
   assert.equal(told.at(-1), "opened another");
   assert.equal(alike.opened, 1);
+});
+
+test("a cable that flaps leaves one open port, the one that is plugged in, and all others closed", async () => {
+  const next = uniform(7);
+  const { clock, serial, port, told, transport } = await bench();
+  const ports = [port];
+  let current = port;
+  for (let flap = 0; flap < 200; flap += 1) {
+    current.dies();
+    serial.tell("disconnect", current);
+    // The next thing happens before, while or after what the last one began is at its end.
+    if (next() < 0.5) await clock.pass(Math.floor(next() * 1200));
+    else for (let turn = next() * 6; turn > 1; turn -= 1) await Promise.resolve();
+    if (next() < 0.3) {
+      current = new FakePort(0x0483, 0x374b);
+      ports.push(current);
+    }
+    serial.tell("connect", current);
+    for (let turn = next() * 6; turn > 1; turn -= 1) await Promise.resolve();
+  }
+  await clock.pass(10_000);
+  assert.match(told.at(-1) ?? "", /^opened/);
+  assert.deepEqual(
+    ports.filter((each) => each.readable !== null),
+    [current],
+  );
+  const opened = told.filter((each) => each.startsWith("opened")).length;
+  assert.ok(opened > 10 && opened <= 201, `${opened} of 200 were long enough to be opened`);
+  transport.send("@1 Version");
+  await settle();
+  assert.ok(current.written.endsWith("\n@1 Version\n"));
+  assert.ok(ports.every((each) => each === current || !each.written.includes("Version")));
 });
 
 test("two ports that say nothing of themselves do not look alike", async () => {

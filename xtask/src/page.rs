@@ -15,8 +15,10 @@ const FOLDER: &str = "web";
 /// What `hil-sim` serves; it is in the repository, so that nobody needs node to run the simulator.
 const BUILT: &str = "web/dist/index.html";
 
-/// Oldest node that the page's tools work with, and that has `--import`.
-const NODE: (u32, u32) = (18, 18);
+/// The oldest node that the page's tools work with: the first of its line that takes a loader by `--import`.
+const NODE: (u32, u32) = (18, 19);
+/// So does this one of the next line, and everything after it.
+const NODE_20: (u32, u32) = (20, 6);
 /// What npm has installed, in npm's own words, is kept here.
 const INSTALLED: &str = "web/node_modules/.package-lock.installed.json";
 const LOCK: &str = "web/package-lock.json";
@@ -74,7 +76,7 @@ fn no_node(session: &Session) -> Option<Missing> {
     let version = version.map(|(_, text)| text).unwrap_or_default();
     let what = match number(&version) {
         None => "no node".to_owned(),
-        Some(number) if number < NODE => format!("node {} is too old", version.trim()),
+        Some(number) if is_too_old(number) => format!("node {} is too old", version.trim()),
         Some(_) if succeeds(session.command(NPM, ["--version"]), PROBE) => return None,
         Some(_) => {
             return Some(Missing {
@@ -87,6 +89,11 @@ fn no_node(session: &Session) -> Option<Missing> {
         what,
         packages: "nodejs npm",
     })
+}
+
+fn is_too_old(number: (u32, u32)) -> bool {
+    let (line, _) = NODE;
+    number < NODE || ((line + 1, 0)..NODE_20).contains(&number)
 }
 
 fn no_browser(session: &Session) -> Option<Missing> {
@@ -234,12 +241,22 @@ fn with_packages(session: &Session, work: impl FnOnce() -> Result<Outcome>) -> R
 
 #[cfg(test)]
 mod tests {
-    use super::{NODE, number};
+    use super::{is_too_old, number};
 
     #[test]
     fn node_says_its_version() {
         assert_eq!(number("v18.20.4\n"), Some((18, 20)));
-        assert!(number("v18.4.0") < Some(NODE) && number("v20.1.2") > Some(NODE));
+        for (version, old) in [
+            ("v16.20.2", true),
+            ("v18.18.2", true),
+            ("v18.19.0", false),
+            ("v19.9.0", true),
+            ("v20.5.1", true),
+            ("v20.6.0", false),
+            ("v24.0.1", false),
+        ] {
+            assert_eq!(number(version).map(is_too_old), Some(old), "{version}");
+        }
         for none in ["", "20", "v20", "vx.1"] {
             assert_eq!(number(none), None, "{none}");
         }

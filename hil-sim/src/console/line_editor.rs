@@ -100,7 +100,7 @@ pub fn open(vehicle: Kind) -> Result<Port> {
     });
     let mut partial = Vec::new();
     Ok(Port {
-        input,
+        input: Box::new(move || input.try_recv()),
         output: Box::new(move |bytes| {
             partial.extend(bytes.iter().copied().filter(|b| *b != b'\r'));
             // Whole lines only: the printer redraws the prompt below each.

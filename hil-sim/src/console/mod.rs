@@ -15,13 +15,13 @@ use std::io::{IsTerminal, Write};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, TryRecvError};
+use std::sync::mpsc::TryRecvError;
 use std::time::{Duration, Instant};
 
 /// The far end of the base's serial line.
 pub struct Port {
-    /// What the far end sends; hung up when it has left for good.
-    pub input: Receiver<Vec<u8>>,
+    /// What the far end sends.
+    pub input: Input,
     /// Takes what the base sends.
     pub output: Output,
     /// The far end does not wait for replies: lines are held back so that no more than the base can take are unanswered.
@@ -31,6 +31,9 @@ pub struct Port {
     /// What goes on beside the serial line.
     pub beside: Option<Beside>,
 }
+
+/// The next bytes that have come, if any have; hung up when the far end has left for good.
+pub type Input = Box<dyn FnMut() -> Result<Vec<u8>, TryRecvError>>;
 
 /// Takes bytes that the base sends.
 pub type Output = Box<dyn FnMut(&[u8]) -> Result<()>>;
@@ -126,7 +129,7 @@ pub fn drive(
             }
         }
         while (!port.impatient || flow.is_open()) && base.backlog() <= port.max_on_the_way {
-            match port.input.try_recv() {
+            match (port.input)() {
                 Ok(bytes) => {
                     flow.sent(&bytes);
                     base.send(&bytes)?;

@@ -52,7 +52,7 @@ pub fn open() -> Result<Port> {
     });
     let mut pending = Vec::new();
     Ok(Port {
-        input,
+        input: Box::new(move || input.try_recv()),
         output: Box::new(move |bytes| {
             pending.extend_from_slice(bytes);
             match write(&master, &pending) {

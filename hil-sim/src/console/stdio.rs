@@ -22,7 +22,7 @@ pub fn open() -> Port {
         }
     });
     Port {
-        input,
+        input: Box::new(move || input.try_recv()),
         output: Box::new(|bytes| {
             let text: Vec<u8> = bytes.iter().copied().filter(|b| *b != b'\r').collect();
             let mut stdout = std::io::stdout().lock();

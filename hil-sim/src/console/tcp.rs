@@ -21,10 +21,10 @@ pub fn open(address: SocketAddr) -> Result<Port> {
     let listener = TcpListener::bind(address).with_context(|| address.to_string())?;
     say(format_args!("listening on {}", listener.local_addr()?))?;
     let (sender, input) = mpsc::sync_channel(16);
-    let client: Arc<Mutex<Option<TcpStream>>> = Arc::default();
+    let client: Arc<Mutex<Option<Client>>> = Arc::default();
     let shared = Arc::clone(&client);
     std::thread::spawn(move || {
-        let slot = |stream| *shared.lock().unwrap_or_else(PoisonError::into_inner) = stream;
+        let slot = |client| *shared.lock().unwrap_or_else(PoisonError::into_inner) = client;
         for stream in listener.incoming().flatten() {
             // Replies are short lines; waiting to fill a packet helps nobody.
             let _ = stream.set_nodelay(true);
@@ -32,7 +32,10 @@ pub fn open(address: SocketAddr) -> Result<Port> {
             let Ok(mut reader) = stream.try_clone() else {
                 continue;
             };
-            slot(Some(stream));
+            slot(Some(Client {
+                stream,
+                has_begun: false,
+            }));
             let mut buffer = [0; 1024];
             let mut at_line_end = true;
             loop {
@@ -58,17 +61,21 @@ pub fn open(address: SocketAddr) -> Result<Port> {
             }
         }
     });
+    let mut is_in_line = false;
     Ok(Port {
-        input,
+        input: Box::new(move || input.try_recv()),
         output: Box::new(move |bytes| {
             let mut client = client.lock().unwrap_or_else(PoisonError::into_inner);
             if client
                 .as_mut()
-                .is_some_and(|stream| stream.write_all(bytes).is_err())
+                .is_some_and(|client| client.write(bytes, is_in_line).is_err())
                 && let Some(gone) = client.take()
             {
                 // It is gone already, or too slow to be kept.
-                let _ = gone.shutdown(std::net::Shutdown::Both);
+                let _ = gone.stream.shutdown(std::net::Shutdown::Both);
+            }
+            if let Some(last) = bytes.last() {
+                is_in_line = *last != b'\n';
             }
             Ok(())
         }),
@@ -76,4 +83,61 @@ pub fn open(address: SocketAddr) -> Result<Port> {
         max_on_the_way: usize::MAX,
         beside: None,
     })
+}
+
+struct Client {
+    stream: TcpStream,
+    /// It has got the beginning of a line: what follows is its own.
+    has_begun: bool,
+}
+
+impl Client {
+    /// Writes what the base sends, from the first whole line on: who connects in the midst of one would take its end for a reply.
+    fn write(&mut self, bytes: &[u8], is_in_line: bool) -> std::io::Result<()> {
+        let mut rest = bytes;
+        if !self.has_begun && is_in_line {
+            let Some(end) = bytes.iter().position(|b| *b == b'\n') else {
+                return Ok(());
+            };
+            rest = &bytes[end + 1..];
+        }
+        // Nothing said is no beginning: the line may still be in its midst.
+        self.has_begun |= !bytes.is_empty();
+        self.stream.write_all(rest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a client gets that comes when the base is, or is not, in the midst of a line.
+    fn heard(is_in_line: bool, written: &[&str]) -> String {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut far = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let mut client = Client {
+            stream: listener.accept().unwrap().0,
+            has_begun: false,
+        };
+        let mut is_in_line = is_in_line;
+        for piece in written {
+            client.write(piece.as_bytes(), is_in_line).unwrap();
+            is_in_line = piece.bytes().last().map_or(is_in_line, |b| b != b'\n');
+        }
+        drop(client);
+        let mut text = String::new();
+        far.read_to_string(&mut text).unwrap();
+        text
+    }
+
+    #[test]
+    fn who_comes_in_the_midst_of_a_line_gets_the_next_one_first() {
+        let said = ["", "wer_on\n@1 ", "OK\n", "@2 OK\n"];
+        assert_eq!(heard(true, &said), "@1 OK\n@2 OK\n");
+        assert_eq!(heard(false, &said), "wer_on\n@1 OK\n@2 OK\n");
+        assert_eq!(
+            heard(true, &["boo", "t po", "wer_on\n", "@1 OK\n"]),
+            "@1 OK\n"
+        );
+    }
 }

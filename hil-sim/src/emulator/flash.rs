@@ -124,8 +124,14 @@ impl Flash {
     }
 
     fn lose_power(&mut self, context: &mut DeviceContext<'_>) {
-        self.lost_power = true;
+        self.note_power_loss();
         context.request_power(false);
+    }
+
+    /// Power has failed; it does not fail a second time for the same reason.
+    pub(super) fn note_power_loss(&mut self) {
+        self.lost_power = true;
+        self.cut = None;
     }
 
     /// Puts bytes into the array, as a programming tool does before power-on. False if they do not fit.

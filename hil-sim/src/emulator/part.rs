@@ -195,7 +195,7 @@ impl Part {
 
     /// Power fails, as it does in a write to the flash that is cut off.
     pub(super) fn lose_power(&mut self, at: VirtualNanos) {
-        self.flash.lost_power = true;
+        self.flash.note_power_loss();
         let (_, mut context) = self.bus.drive(at, self.slots.flash);
         context.request_power(false);
     }

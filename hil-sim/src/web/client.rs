@@ -20,6 +20,7 @@ const LEAVE_TAKING: Duration = Duration::from_secs(1);
 
 /// Serves a client until it leaves, is sent away or does not answer any more.
 pub async fn serve(socket: WebSocket, role: Role, hub: Arc<Hub>) {
+    let _visit = hub.visit();
     let (mut sink, mut stream) = socket.split();
     let parting = match hub.join(role) {
         Ok(place) => {

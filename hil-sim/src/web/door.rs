@@ -18,8 +18,10 @@ use axum::routing::get;
 use std::sync::Arc;
 use tokio::sync::Semaphore;
 
-/// WebSockets at once.
-const MAX_CLIENTS: usize = 16;
+/// Who watches at once.
+const MAX_WATCHERS: usize = 15;
+/// Who drives, and who is just being told that somebody else does or why it has to go: watchers take no place of theirs.
+const MAX_DRIVERS: usize = 16;
 /// No message of a client is longer, bytes.
 const MAX_MESSAGE: usize = 64 << 10;
 /// Where the WebSocket is.
@@ -42,14 +44,16 @@ pub struct House {
 #[derive(Clone)]
 struct Door {
     house: Arc<House>,
-    places: Arc<Semaphore>,
+    watchers: Arc<Semaphore>,
+    drivers: Arc<Semaphore>,
 }
 
 /// The door of a house.
 pub fn router(house: House) -> Router {
     let door = Door {
         house: Arc::new(house),
-        places: Arc::new(Semaphore::new(MAX_CLIENTS)),
+        watchers: Arc::new(Semaphore::new(MAX_WATCHERS)),
+        drivers: Arc::new(Semaphore::new(MAX_DRIVERS)),
     };
     Router::new()
         .route("/", get(page))
@@ -142,7 +146,11 @@ async fn base(State(door): State<Door>, upgrade: WebSocketUpgrade) -> Response {
         let why = "offer the subprotocol drive or watch\n";
         return (StatusCode::BAD_REQUEST, why).into_response();
     };
-    let Ok(place) = Arc::clone(&door.places).try_acquire_owned() else {
+    let places = match role {
+        Role::Watch => &door.watchers,
+        Role::Drive => &door.drivers,
+    };
+    let Ok(place) = Arc::clone(places).try_acquire_owned() else {
         let why = "too many pages at once\n";
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
     };

@@ -3,15 +3,15 @@
 //! The simulation's thread tells, the web's thread asks. Neither ever waits for the other: every queue has an end, and who does not empty theirs is sent
 //! away.
 
-use super::lines::is_line;
+use super::lines::{is_line, is_stop};
 use super::requests::{self, Request};
 use super::seat::{Id, Seat};
 use super::streams::Streams;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, close_code};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::sync::mpsc::{SyncSender, TrySendError};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::{mpsc, oneshot};
 
 /// Messages that wait for one client, at most: some seconds of telemetry.
@@ -56,11 +56,18 @@ pub struct Asked {
     pub request: Request,
 }
 
+/// A line, and who has said it.
+#[derive(Debug)]
+pub struct Said {
+    client: Id,
+    line: String,
+}
+
 /// Where what clients send goes to.
 #[derive(Debug)]
 pub struct ToBase {
-    /// Lines, with their ends.
-    pub lines: SyncSender<Vec<u8>>,
+    /// Lines, without their ends.
+    pub lines: SyncSender<Said>,
     /// What the simulated world is asked.
     pub asked: SyncSender<Asked>,
 }
@@ -77,6 +84,14 @@ pub fn farewell(code: u16, reason: &'static str) -> Farewell {
         code,
         reason: Utf8Bytes::from_static(reason),
     }
+}
+
+fn over() -> Farewell {
+    farewell(close_code::AWAY, "the simulator ends")
+}
+
+fn deaf_one() -> Farewell {
+    farewell(close_code::POLICY, "reads too slowly")
 }
 
 /// A client's place among the others.
@@ -97,6 +112,8 @@ pub struct Hub {
     hello: Value,
     to_base: ToBase,
     company: Mutex<Company>,
+    /// One more for each connection that is not closed.
+    visits: Arc<()>,
 }
 
 /// Who is there.
@@ -106,6 +123,7 @@ struct Company {
     seat: Seat,
     streams: Streams,
     last_id: Id,
+    is_over: bool,
 }
 
 #[derive(Debug)]
@@ -123,6 +141,7 @@ impl Hub {
             hello,
             to_base,
             company: Mutex::default(),
+            visits: Arc::default(),
         }
     }
 
@@ -131,12 +150,25 @@ impl Hub {
         self.company.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// To be kept by a connection until it is closed.
+    pub fn visit(&self) -> Arc<()> {
+        Arc::clone(&self.visits)
+    }
+
+    /// Some connections are not closed yet.
+    pub fn is_visited(&self) -> bool {
+        Arc::strong_count(&self.visits) > 1
+    }
+
     /// Somebody comes.
     ///
     /// # Errors
     /// A farewell, if the seat that it wants is taken.
     pub fn join(&self, role: Role) -> Result<Place, Farewell> {
         let mut company = self.company();
+        if company.is_over {
+            return Err(over());
+        }
         let id = company.last_id + 1;
         if role == Role::Drive && !company.seat.take(id) {
             return Err(farewell(SEAT_TAKEN, "another page drives"));
@@ -191,12 +223,12 @@ impl Hub {
         if !is_line(text) {
             return company.note_violation(id);
         }
-        match self.to_base.lines.try_send(format!("{text}\n").into()) {
-            Ok(()) => {}
-            Err(TrySendError::Full(_)) => return Err(farewell(close_code::POLICY, "too fast")),
-            Err(TrySendError::Disconnected(_)) => {
-                return Err(farewell(close_code::AWAY, "the simulator ends"));
-            }
+        let said = Said {
+            client: id,
+            line: text.to_owned(),
+        };
+        if self.to_base.lines.try_send(said).is_err() {
+            return Err(farewell(close_code::POLICY, "too fast"));
         }
         company.streams.sent(text);
         company.tell_if(&sent(text), |client| client.role == Role::Watch);
@@ -238,6 +270,26 @@ impl Hub {
             Err(why) => refusal(id, &why),
         };
         self.company().tell_one(client, &message);
+    }
+
+    /// A line has its turn to go to the base, with its end; nothing, if who has said it drives no more. A Stop is one, whoever has gone since.
+    pub fn pass(&self, Said { client, line }: Said) -> Option<Vec<u8>> {
+        let mut company = self.company();
+        if !company.seat.is_of(client) && !is_stop(&line) {
+            company.streams.dropped(&line);
+            return None;
+        }
+        Some(format!("{line}\n").into())
+    }
+
+    /// The simulator ends: everybody is told, and nobody comes in any more.
+    pub fn close(&self) {
+        let mut company = self.company();
+        company.is_over = true;
+        let clients: Vec<Id> = company.clients.keys().copied().collect();
+        for id in clients {
+            company.dismiss(id, over());
+        }
     }
 
     /// The base has sent a line.
@@ -299,7 +351,7 @@ impl Company {
             return;
         };
         if client.is_full_after(message) {
-            self.dismiss(id);
+            self.dismiss(id, deaf_one());
         }
     }
 
@@ -311,17 +363,15 @@ impl Company {
             .map(|(id, _)| *id)
             .collect();
         for id in deaf {
-            self.dismiss(id);
+            self.dismiss(id, deaf_one());
         }
     }
 
-    /// Sends a client away that does not read.
-    fn dismiss(&mut self, id: Id) {
+    /// Sends a client away.
+    fn dismiss(&mut self, id: Id, why: Farewell) {
         if let Some(client) = self.remove(id) {
             // It may just be leaving.
-            let _ = client
-                .dismiss
-                .send(farewell(close_code::POLICY, "reads too slowly"));
+            let _ = client.dismiss.send(why);
         }
     }
 }

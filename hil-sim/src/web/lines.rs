@@ -9,6 +9,33 @@ pub fn is_line(text: &str) -> bool {
     (1..=MAX_LENGTH).contains(&text.len()) && text.bytes().all(may_be)
 }
 
+/// The tag of a line, if it has one that can be read, and what follows it.
+pub fn untagged(line: &str) -> (Option<u16>, &str) {
+    let line = line.trim_matches([' ', '\t']);
+    let Some(tagged) = line.strip_prefix('@') else {
+        return (None, line);
+    };
+    let end = tagged
+        .find(|c: char| !c.is_ascii_digit())
+        .unwrap_or(tagged.len());
+    let (digits, body) = tagged.split_at(end);
+    (digits.parse().ok(), body.trim_start_matches([' ', '\t']))
+}
+
+/// The command that a line is, as it was written.
+pub fn keyword(line: &str) -> &str {
+    let (_, body) = untagged(line);
+    let mut words = body.split([' ', '\t', ',', '*']);
+    words.next().unwrap_or_default()
+}
+
+/// True of a command that ends all motion.
+pub fn is_stop(line: &str) -> bool {
+    ["stop", "estop"]
+        .iter()
+        .any(|stop| keyword(line).eq_ignore_ascii_case(stop))
+}
+
 /// Puts the bytes that a base sends together to lines.
 #[derive(Debug, Default)]
 pub struct Lines {
@@ -51,6 +78,20 @@ mod tests {
             assert!(!is_line(wrong), "{wrong:?}");
         }
         assert!(!is_line(&"x".repeat(256)));
+    }
+
+    #[test]
+    fn commands_are_told_by_their_first_word() {
+        assert_eq!(untagged(" @17 \tm 1*1A2B"), (Some(17), "m 1*1A2B"));
+        assert_eq!(untagged("@70000 m 1"), (None, "m 1"));
+        assert_eq!(keyword("m,1"), "m");
+        assert_eq!(keyword("@1"), "");
+        for stop in ["Stop", "@3 STOP*1A2B", "\testop", "@4\tEStop "] {
+            assert!(is_stop(stop), "{stop}");
+        }
+        for other in ["Stopp", "m 1 stop", "GetTime", "@5", ""] {
+            assert!(!is_stop(other), "{other}");
+        }
     }
 
     fn lines(pieces: &[&[u8]]) -> Vec<String> {

@@ -43,7 +43,7 @@ pub fn bind(address: SocketAddr) -> Result<TcpListener> {
         socket.bind(address)?;
         socket.listen(BACKLOG)
     };
-    open().with_context(|| address.to_string())
+    open().with_context(|| format!("{address} is not to be had (--web 0 takes a free port)"))
 }
 
 /// Serves for ever.

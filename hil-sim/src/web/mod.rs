@@ -21,7 +21,7 @@ mod world;
 pub use address::Address;
 
 use crate::console::{Port, Speed, say};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use door::House;
 use hil_sim::robot::Robot;
 use hub::{Hub, ToBase};
@@ -31,6 +31,7 @@ use page::Page;
 use std::io::Write;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
+use std::time::{Duration, Instant};
 use world::World;
 
 /// Lines that wait for the base, at most. A driver that sends more is closed.
@@ -39,6 +40,11 @@ const MAX_LINES: usize = 64;
 const MAX_ASKED: usize = 16;
 /// While more bytes than this are on their way to the base, lines wait here, where they are counted: two of the longest.
 const MAX_ON_THE_WAY: usize = 512;
+
+/// Simulated seconds in a second, at most: a base tells fifty lines of telemetry in each.
+const MAX_SPEED: f64 = 100.0;
+/// At the end, clients have so long to hear of it.
+const LEAVE_TAKING: Duration = Duration::from_millis(500);
 
 /// What is served.
 pub struct Served<'a> {
@@ -57,7 +63,13 @@ pub struct Served<'a> {
 /// # Errors
 /// If the address is not to be had, or others than this computer could reach it and that was not asked for.
 pub fn open(address: &Address, allow_remote: bool, served: &Served<'_>) -> Result<Port> {
-    address.check(allow_remote)?;
+    let socket = address.choose(allow_remote)?;
+    let speed = match served.speed {
+        Speed::Times(times) if times <= MAX_SPEED => times,
+        _ => bail!(
+            "a page shows what happens as it happens: with --web, --speed may be up to {MAX_SPEED}"
+        ),
+    };
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_io()
         .enable_time()
@@ -65,10 +77,17 @@ pub fn open(address: &Address, allow_remote: bool, served: &Served<'_>) -> Resul
         .context("the page's server")?;
     let listener = {
         let _inside = runtime.enter();
-        listen::bind(address.socket)?
+        listen::bind(socket)?
     };
     let bound = listener.local_addr()?;
-    say(format_args!("the page is at http://{bound}/"))?;
+    if bound.ip().is_unspecified() {
+        let port = bound.port();
+        say(format_args!(
+            "the page is at http://127.0.0.1:{port}/, and at port {port} of every address of this computer"
+        ))?;
+    } else {
+        say(format_args!("the page is at http://{bound}/"))?;
+    }
     std::io::stdout().flush().context("standard output")?;
     if !bound.ip().is_loopback() {
         eprintln!(
@@ -78,7 +97,7 @@ pub fn open(address: &Address, allow_remote: bool, served: &Served<'_>) -> Resul
 
     let (lines, input) = sync_channel(MAX_LINES);
     let (asked, requests) = sync_channel(MAX_ASKED);
-    let hello = world::hello(served.robot, served.name, served.image, served.speed);
+    let hello = world::hello(served.robot, served.name, served.image, speed);
     let hub = Arc::new(Hub::new(hello, ToBase { lines, asked }));
     let router = door::router(House {
         names: Names::of(bound, address.host.as_deref()),
@@ -90,16 +109,44 @@ pub fn open(address: &Address, allow_remote: bool, served: &Served<'_>) -> Resul
         .spawn(move || runtime.block_on(listen::serve(listener, router)))
         .context("the page's server")?;
 
-    let mut world = World::new(Arc::clone(&hub), requests, served.robot, served.speed);
+    let closing = Closing {
+        hub: Arc::clone(&hub),
+    };
+    let passing = Arc::clone(&hub);
+    let mut world = World::new(Arc::clone(&hub), requests, served.robot, speed);
     let mut lines = Lines::default();
     Ok(Port {
-        input,
+        input: Box::new(move || {
+            loop {
+                if let Some(line) = passing.pass(input.try_recv()?) {
+                    return Ok(line);
+                }
+            }
+        }),
         output: Box::new(move |bytes| {
             lines.push(bytes, |line| hub.tell_line(line));
             Ok(())
         }),
         impatient: false,
         max_on_the_way: MAX_ON_THE_WAY,
-        beside: Some(Box::new(move |base| world.attend(base))),
+        beside: Some(Box::new(move |base| {
+            let _ = &closing;
+            world.attend(base)
+        })),
     })
+}
+
+/// Tells the clients when the simulation ends.
+struct Closing {
+    hub: Arc<Hub>,
+}
+
+impl Drop for Closing {
+    fn drop(&mut self) {
+        self.hub.close();
+        let end = Instant::now() + LEAVE_TAKING;
+        while self.hub.is_visited() && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
 }

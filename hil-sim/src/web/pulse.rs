@@ -1,8 +1,10 @@
 //! Whether a client is still there: it is asked every other second, and has a while to answer.
 //!
-//! A question is behind all that was written to the connection before it, so an answer also says that the client has read that.
+//! A question is behind all that was written to the connection before it, so an answer also says that the client has read that. So that nobody can answer
+//! what he has not read, a question carries what cannot be guessed.
 
 use std::collections::VecDeque;
+use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
 /// From question to question.
@@ -13,6 +15,8 @@ pub const PATIENCE: Duration = Duration::from_secs(5);
 /// The questions that are not answered. Times are those since any instant.
 #[derive(Debug, Default)]
 pub struct Pulse {
+    /// From the system's randomness, and anew for each client: a secret has no seed.
+    secret: RandomState,
     asked: u64,
     waiting: VecDeque<(u64, Duration)>,
 }
@@ -21,8 +25,9 @@ impl Pulse {
     /// Asks anew; what the question carries.
     pub fn ask(&mut self, now: Duration) -> [u8; 8] {
         self.asked += 1;
-        self.waiting.push_back((self.asked, now));
-        self.asked.to_be_bytes()
+        let question = self.secret.hash_one(self.asked);
+        self.waiting.push_back((question, now));
+        question.to_be_bytes()
     }
 
     /// An answer, which carries what its question did; it answers those before, too.
@@ -30,8 +35,8 @@ impl Pulse {
         let Ok(number) = <[u8; 8]>::try_from(carried).map(u64::from_be_bytes) else {
             return;
         };
-        if number <= self.asked {
-            self.waiting.retain(|(asked, _)| *asked > number);
+        if let Some(at) = self.waiting.iter().position(|(asked, _)| *asked == number) {
+            self.waiting.drain(..=at);
         }
     }
 
@@ -68,7 +73,12 @@ mod tests {
         pulse.ask(s(2));
         pulse.answered(b"");
         pulse.answered(b"what?");
-        pulse.answered(&9_u64.to_be_bytes());
+        for guess in 0..1000_u64 {
+            pulse.answered(&guess.to_be_bytes());
+        }
         assert_eq!(pulse.deadline(), Some(s(7)));
+        let asked = Pulse::default().ask(s(2));
+        pulse.answered(&asked);
+        assert_eq!(pulse.deadline(), Some(s(7)), "another client's question");
     }
 }

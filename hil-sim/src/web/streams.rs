@@ -1,5 +1,6 @@
 //! Which `Stream` line is in force: who joins later has to know the fields of the telemetry.
 
+use super::lines::{keyword, untagged};
 use std::collections::VecDeque;
 
 /// Lines whose answers are waited for, at most; a base answers no more than that.
@@ -24,8 +25,6 @@ impl Streams {
     /// The driver sends a line.
     pub fn sent(&mut self, line: &str) {
         let (tag, body) = untagged(line);
-        let mut words = body.split([' ', '\t', ',', '*']);
-        let keyword = words.next().unwrap_or_default();
         // Nothing but a tag is answered, nothing at all is not.
         if tag.is_none() && body.is_empty() {
             return;
@@ -33,11 +32,23 @@ impl Streams {
         if self.waiting.len() == MAX_WAITING {
             self.waiting.pop_front();
         }
-        let is_stream = keyword.eq_ignore_ascii_case("stream");
         self.waiting.push_back(Waiting {
             tag,
-            stream: is_stream.then(|| line.to_owned()),
+            stream: stream_in(line),
         });
+    }
+
+    /// A line that was sent does not reach the base, and so is not answered.
+    pub fn dropped(&mut self, line: &str) {
+        let (tag, _) = untagged(line);
+        let stream = stream_in(line);
+        let found = self
+            .waiting
+            .iter()
+            .position(|waiting| waiting.tag == tag && waiting.stream == stream);
+        if let Some(found) = found {
+            self.waiting.remove(found);
+        }
     }
 
     /// The base sends a line.
@@ -79,17 +90,9 @@ impl Streams {
     }
 }
 
-/// The tag of a line, if it can be read, and what follows it.
-fn untagged(line: &str) -> (Option<u16>, &str) {
-    let line = line.trim_matches([' ', '\t']);
-    let Some(tagged) = line.strip_prefix('@') else {
-        return (None, line);
-    };
-    let end = tagged
-        .find(|c: char| !c.is_ascii_digit())
-        .unwrap_or(tagged.len());
-    let (digits, body) = tagged.split_at(end);
-    (digits.parse().ok(), body.trim_start_matches([' ', '\t']))
+fn stream_in(line: &str) -> Option<String> {
+    let is_stream = keyword(line).eq_ignore_ascii_case("stream");
+    is_stream.then(|| line.to_owned())
 }
 
 #[cfg(test)]
@@ -138,6 +141,18 @@ mod tests {
         assert!(told(&streams).is_empty());
         streams.sent("Stream 0.1");
         streams.forget_waiting();
+        streams.heard("OK");
+        assert!(told(&streams).is_empty());
+    }
+
+    #[test]
+    fn a_line_that_is_dropped_takes_no_other_ones_answer() {
+        let mut streams = Streams::default();
+        streams.sent("GetTime");
+        streams.sent("Stream 0.1");
+        streams.dropped("Stream 0.1");
+        streams.sent("m 1");
+        streams.heard("Time 1");
         streams.heard("OK");
         assert!(told(&streams).is_empty());
     }

@@ -4,7 +4,6 @@ use super::broken::{Broken, possible};
 use super::hub::{Asked, Hub};
 use super::pace::PaceMeter;
 use super::requests::Request;
-use crate::console::Speed;
 use anyhow::{Result, ensure};
 use hil_sim::base::Base;
 use hil_sim::robot::{Model, Robot};
@@ -18,8 +17,12 @@ use vehicle_controller::vehicle::Kind;
 /// Clients are told of it this often.
 const PERIOD: Duration = Duration::from_millis(40);
 
-/// What a client is told of the base when it comes; `name` is the robot's, `image` whether the firmware's image controls it.
-pub fn hello(robot: &Robot, name: &str, image: bool, speed: Speed) -> Value {
+/// Requests that are fulfilled between two looks at the base: it is not to wait for a client that asks without end.
+const MAX_AT_ONCE: usize = 4;
+
+/// What a client is told of the base when it comes; `name` is the robot's, `image` whether the firmware's image controls it, `speed` how many
+/// simulated seconds there are to be in one.
+pub fn hello(robot: &Robot, name: &str, image: bool, speed: f64) -> Value {
     let faults: Vec<String> = possible(robot).iter().map(ToString::to_string).collect();
     let wheels = &robot.physics.wheels;
     let vehicle = robot.params.vehicle();
@@ -32,10 +35,7 @@ pub fn hello(robot: &Robot, name: &str, image: bool, speed: Speed) -> Value {
             Kind::BiSteerable => "bisteerable",
         },
         "image": image,
-        "speed": match speed {
-            Speed::Times(times) => Some(times),
-            Speed::Max => None,
-        },
+        "speed": speed,
         "faults": faults,
         "push": robot.model == Model::Dynamic,
         "truth": (vehicle == Kind::Differential).then(|| json!({
@@ -50,7 +50,7 @@ pub fn hello(robot: &Robot, name: &str, image: bool, speed: Speed) -> Value {
 pub struct World {
     hub: Arc<Hub>,
     asked: Receiver<Asked>,
-    /// Simulated seconds in a second, as wished; as they are, if it goes as fast as it can.
+    /// Simulated seconds in a second, as wished.
     wished: f64,
     can_be_pushed: bool,
     began: Instant,
@@ -66,14 +66,11 @@ pub struct World {
 
 impl World {
     /// The world of a robot at which nothing is wrong.
-    pub fn new(hub: Arc<Hub>, asked: Receiver<Asked>, robot: &Robot, speed: Speed) -> Self {
+    pub fn new(hub: Arc<Hub>, asked: Receiver<Asked>, robot: &Robot, speed: f64) -> Self {
         Self {
             hub,
             asked,
-            wished: match speed {
-                Speed::Times(times) => times,
-                Speed::Max => 1.0,
-            },
+            wished: speed,
             can_be_pushed: robot.model == Model::Dynamic,
             began: Instant::now(),
             due: Duration::ZERO,
@@ -90,11 +87,11 @@ impl World {
     /// # Errors
     /// If the simulation cannot go on.
     pub fn attend(&mut self, base: &mut dyn Base) -> Result<()> {
-        while let Ok(Asked {
+        for Asked {
             client,
             id,
             request,
-        }) = self.asked.try_recv()
+        } in self.asked.try_iter().take(MAX_AT_ONCE).collect::<Vec<_>>()
         {
             let done = self.perform(request, base);
             self.hub
@@ -199,7 +196,7 @@ mod tests {
     #[test]
     fn the_hello_says_what_the_base_is() {
         let of = |name: &str, speed| hello(&Robot::load(name).unwrap(), name, false, speed);
-        let default = of("default", Speed::Times(2.0));
+        let default = of("default", 2.0);
         assert_eq!(default["vehicle"], "differential");
         assert_eq!(default["speed"], 2.0);
         assert_eq!(default["push"], true);
@@ -207,12 +204,9 @@ mod tests {
         assert_eq!(default["truth"]["left_diameter"], 0.084);
         let faults = default["faults"].as_array().unwrap();
         assert!(faults.contains(&json!("left motor weak 0.5")), "{faults:?}");
-        let ideal = of("ideal", Speed::Max);
-        assert_eq!(
-            (&ideal["speed"], &ideal["push"]),
-            (&Value::Null, &json!(false))
-        );
-        let car = of("cycab", Speed::Max);
+        let ideal = of("ideal", 1.0);
+        assert_eq!(ideal["push"], false);
+        let car = of("cycab", 1.0);
         assert_eq!(
             (&car["vehicle"], &car["truth"]),
             (&json!("bisteerable"), &Value::Null)

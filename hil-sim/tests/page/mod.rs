@@ -50,8 +50,17 @@ impl Server {
         let mut line = String::new();
         BufReader::new(stdout).read_line(&mut line).unwrap();
         let url = line.strip_prefix("the page is at http://").unwrap();
-        let address = url.strip_suffix("/\n").unwrap().to_owned();
+        let (address, _) = url.split_once('/').unwrap();
+        let address = address.to_owned();
         Self { child, address }
+    }
+
+    /// As Ctrl-C does.
+    #[cfg(unix)]
+    pub fn interrupt(&self) {
+        use nix::sys::signal::{Signal, kill};
+        let id = i32::try_from(self.child.id()).unwrap();
+        kill(nix::unistd::Pid::from_raw(id), Signal::SIGINT).unwrap();
     }
 
     /// The port alone.

@@ -6,6 +6,7 @@ import { keywordOf, wordsOf } from "../protocol/command.ts";
 import { unwrap } from "../protocol/line.ts";
 import { estPos, gains, type List, ListReader, type MapRow, param, status } from "../protocol/replies.ts";
 import { looksLike, OLDER_STREAM, OWN_STREAM, type Stream, sameStream, streamOf } from "../protocol/telemetry.ts";
+import { Checks } from "./checks.ts";
 import type { FaultChange } from "./faults.ts";
 import { layout } from "./layout.ts";
 import type { AxisState, Estimate, Gains, Geometry, MapSketch, PlannedPath, Pose, Status, Topic } from "./model.ts";
@@ -34,8 +35,8 @@ export interface Effects {
   readonly anew: () => void;
   /** Telemetry is on, or off. */
   readonly streaming: (on: boolean) => void;
-  /** The page's clock, ms. */
-  readonly now: () => number;
+  /** Milliseconds of the page's clock that never leaps. */
+  readonly elapsed: () => number;
 }
 
 /** What a line was, for the console. */
@@ -53,10 +54,19 @@ export class Base {
   path: PlannedPath = IDLE;
   map: MapSketch | undefined;
   geometry: Geometry = geometryOf(new Map());
-  telemetryAt = 0;
+  /** The pose that was told last, by telemetry or by `EstPos`. */
+  pose: Pose | undefined;
+  /** When samples, the pose, the states of the axes and the motors were heard of last, by the page's clock that never leaps. */
+  telemetryAt: number | undefined;
+  poseAt: number | undefined;
+  statesAt: number | undefined;
+  motorsAt: number | undefined;
+  /** When any line of telemetry was: one without a time is no sample. */
+  rowAt: number | undefined;
   calibrating = false;
   damaged = 0;
   readonly #effects: Effects;
+  readonly #checks = new Checks();
   #lists = new ListReader();
   #asked = new Map<number, string>();
   #marks = new Map<string, Pose>();
@@ -93,7 +103,13 @@ export class Base {
     this.path = IDLE;
     this.map = undefined;
     this.calibrating = false;
-    this.telemetryAt = 0;
+    this.pose = undefined;
+    this.telemetryAt = undefined;
+    this.poseAt = undefined;
+    this.statesAt = undefined;
+    this.motorsAt = undefined;
+    this.rowAt = undefined;
+    this.#checks.unknown();
     this.#marks.clear();
     this.#rows = [];
     this.reconnected();
@@ -129,8 +145,7 @@ export class Base {
       return "event";
     }
     const { tag, body, check } = unwrap(line);
-    // While checks are required all lines have one.
-    if (check === "bad" || (check === "none" && this.parameters.all.get("require_crc")?.value === 1)) return this.#damage();
+    if (!this.#checks.pass(check, body.startsWith("~"))) return this.#damage();
     if (body.startsWith("~")) return this.#row(body);
     if (body.startsWith("!")) {
       this.#event(body.slice(1).trim().split(/\s+/));
@@ -163,24 +178,41 @@ export class Base {
     if (!stream) return "telemetry";
     const outcome = this.recorder.line(line);
     if (outcome === "damaged") return this.#damage();
-    this.telemetryAt = this.#effects.now();
+    this.rowAt = this.#effects.elapsed();
     if (outcome === "anew") {
       this.estimates = [];
       this.gains = [];
       this.faults = [];
       this.#effects.anew();
     }
-    this.#followStates();
+    // What has no time is no sample: the last sample says nothing of now.
+    const isSample = outcome !== "nothing";
+    if (isSample) this.#sampled();
+    this.#followStates(isSample);
     this.#effects.changed("history");
     return "telemetry";
   }
 
+  #sampled(): void {
+    const now = this.#effects.elapsed();
+    this.telemetryAt = now;
+    this.#posed({ x: this.recorder.last("x"), y: this.recorder.last("y"), theta: this.recorder.last("theta") });
+  }
+
+  #posed({ x, y, theta }: Pose): void {
+    if (!Number.isFinite(x + y + theta)) return;
+    this.pose = { x, y, theta };
+    this.poseAt = this.#effects.elapsed();
+  }
+
   /** Telemetry tells the states sooner than `GetStatus`. */
-  #followStates(): void {
+  #followStates(isSample: boolean): void {
+    const [move, turn] = isSample ? [stateAt(this.recorder.last("move_state")), stateAt(this.recorder.last("turn_state"))] : [];
+    if (move && turn) this.statesAt = this.#effects.elapsed();
     const known = this.status;
     if (!known) return;
-    const moveState = stateAt(this.recorder.last("move_state")) ?? known.moveState;
-    const turnState = stateAt(this.recorder.last("turn_state")) ?? known.turnState;
+    const moveState = move ?? known.moveState;
+    const turnState = turn ?? known.turnState;
     const fault = this.recorder.fault ?? known.fault;
     if (moveState !== known.moveState || turnState !== known.turnState || fault !== known.fault)
       this.#status({ ...known, moveState, turnState, fault });
@@ -207,7 +239,7 @@ export class Base {
     const [what, name, place] = words;
     if (what === "boot") this.#effects.anew();
     if (what === "fault" && name !== undefined) {
-      const known = this.status ?? { moveState: "HOLD", turnState: "HOLD", enabled: true, fault: name };
+      const known = this.status ?? { moveState: undefined, turnState: undefined, enabled: undefined, fault: name };
       const { place: _, ...rest } = known;
       const wheels = place === "left" || place === "right" || place === "both" ? place : undefined;
       this.status = { ...rest, fault: name, ...(wheels && { place: wheels }) };
@@ -236,9 +268,14 @@ export class Base {
   #data(keyword: string, words: readonly string[]): void {
     if (keyword === "Status") {
       const told = status(words);
-      if (told) this.#status(told);
+      if (told) {
+        this.statesAt = this.#effects.elapsed();
+        this.motorsAt = this.statesAt;
+        this.#status(told);
+      }
     } else if (keyword === "EstPos") {
       const told = estPos(words);
+      if (told) this.#posed(told);
       const t = this.recorder.history.last;
       if (told && Number.isFinite(t)) {
         bounded(this.estimates, { ...told, t }, MAX_ESTIMATES);
@@ -255,6 +292,7 @@ export class Base {
       const told = param(words);
       if (told) {
         this.parameters.told(told);
+        this.#required([told]);
         this.#shape();
         this.#effects.changed("parameters");
       }
@@ -267,6 +305,7 @@ export class Base {
   #listed(list: List): void {
     if (list.kind === "Params") {
       this.parameters.listed(list.rows);
+      this.#required(list.rows);
       if (this.#isLoaded) this.parameters.saved();
       this.#isLoaded = false;
       this.#shape();
@@ -279,6 +318,11 @@ export class Base {
       this.#anchor = list.anchor;
       this.#sketch();
     }
+  }
+
+  #required(rows: readonly { readonly name: string; readonly value: number }[]): void {
+    const row = rows.find(({ name }) => name === "require_crc");
+    if (row) this.#checks.told(row.value === 1);
   }
 
   #sketch(): void {
@@ -302,13 +346,20 @@ export class Base {
       const stream = streamOf(command);
       if (stream) this.#stream(stream);
     }
-    if (keyword === "setparam" && words[0] !== undefined) want(`GetParam ${words[0].toLowerCase()}`);
+    if (keyword === "setparam" && words[0] !== undefined) {
+      const name = words[0].toLowerCase();
+      if (name === "require_crc") this.#checks.unknown();
+      want(`GetParam ${name}`);
+    }
     if (keyword === "saveparams") {
       this.parameters.saved();
       changed("parameters");
     }
     if (keyword === "loadparams") this.#isLoaded = true;
-    if (keyword === "loadparams" || keyword === "resetparams") want("ListParams");
+    if (keyword === "loadparams" || keyword === "resetparams") {
+      this.#checks.unknown();
+      want("ListParams");
+    }
     if (keyword === "calibrate") {
       if (words[0]?.toLowerCase() === "on") this.calibrating = true;
       if (words[0]?.toLowerCase() === "off") this.calibrating = false;

@@ -10,15 +10,15 @@ import { streamOf } from "../protocol/telemetry.ts";
 import { type Clock, every, clock as pageClock } from "../transport/clock.ts";
 import type { Opened, Transport } from "../transport/transport.ts";
 import { Base } from "./base.ts";
-import { Conversation } from "./conversation.ts";
 import { changeAt } from "./faults.ts";
 import { Meter } from "./meter.ts";
-import type { Alarm, Connection, Cursor, Model, Spoken, Topic } from "./model.ts";
+import type { Connection, Cursor, Model, Spoken, Topic } from "./model.ts";
 import { type Line, orders } from "./orders.ts";
 import { Questions } from "./questions.ts";
 import { Seat } from "./seat.ts";
 import { Simulated } from "./simulated.ts";
 import { type NextFrame, nextFrame, Topics } from "./topics.ts";
+import { Voice } from "./voice.ts";
 import { read, type Told } from "./worldline.ts";
 
 export interface LiveOptions {
@@ -32,14 +32,11 @@ export interface LiveOptions {
 const TICK_MS = 50;
 /** Who comes back after a loss may find the seat taken by himself, and gets it again within this. */
 const SEAT_MS = 15_000;
-/** How long an alarm stands that nothing else ends. */
-const WARNING_MS = 5000;
 
 export class LiveModel implements Model {
   readonly kind = "live";
   readonly commands = orders(this.#line());
   cursor: Cursor = { t: undefined };
-  alarm: Alarm | undefined;
   readonly #transport: Transport;
   readonly #clock: Clock;
   readonly #topics: Topics;
@@ -48,7 +45,7 @@ export class LiveModel implements Model {
   readonly #questions: Questions;
   readonly #seat: Seat;
   readonly #simulated: Simulated;
-  readonly #conversation = new Conversation();
+  readonly #voice: Voice;
   readonly #meter = new Meter();
   /** Tags of the page's own questions, whose answers are no more than chatter. */
   readonly #chatter = new Set<number | undefined>();
@@ -57,13 +54,13 @@ export class LiveModel implements Model {
   #reclaims = false;
   /** Ends the wait for a seat in which an unanswered Stop could be sent. */
   #forgetting = () => {};
-  #warning = () => {};
   #ticking = () => {};
 
   constructor(transport: Transport, options: LiveOptions = {}) {
     this.#transport = transport;
     this.#clock = options.clock ?? pageClock;
     this.#topics = new Topics(options.frame ?? nextFrame(this.#clock));
+    this.#voice = new Voice(this.#clock, this.#topics);
     this.#seat = new Seat(transport);
     this.#simulated = new Simulated(this.#clock);
     this.#base = new Base({
@@ -71,22 +68,23 @@ export class LiveModel implements Model {
       want: (line) => this.#questions.want(line),
       anew: () => this.#anew(),
       streaming: (on) => transport.expectTraffic(on),
-      now: () => this.#clock.now(),
+      elapsed: () => this.#clock.elapsed(),
     });
     this.#client = new Client({
       clock: this.#clock,
       send: (line) => transport.send(line),
       sent: (line, isPoll) => this.#sent(line, isPoll),
-      alarm: (text) => this.#raise(text),
+      alarm: (text) => this.#voice.raise(text),
       firstTag: options.firstTag ?? Math.floor(Math.random() * 65_536),
     });
     this.#questions = new Questions({
       client: this.#client,
       base: this.#base,
       clock: this.#clock,
-      mayAsk: () => this.mayDrive,
+      // Whichever base it is, it may say what it is.
+      mayAsk: () => this.#seat.role === "drive",
       isHidden: options.isHidden ?? (() => typeof document !== "undefined" && document.hidden),
-      note: (text) => this.#note(text),
+      note: (text) => this.#voice.note(text),
     });
     transport.attach({
       connecting: () => this.#connecting(),
@@ -106,7 +104,6 @@ export class LiveModel implements Model {
   close(): void {
     this.#questions.end();
     this.#ticking();
-    this.#warning();
     this.#forgetting();
     this.#client.close("the page has left the base");
     this.#simulated.lost();
@@ -164,7 +161,11 @@ export class LiveModel implements Model {
   }
 
   get spoken(): readonly Spoken[] {
-    return this.#conversation.lines;
+    return this.#voice.spoken;
+  }
+
+  get alarm() {
+    return this.#voice.alarm;
   }
 
   get statistics() {
@@ -175,12 +176,21 @@ export class LiveModel implements Model {
     return this.#base.streaming;
   }
 
-  get telemetryAt() {
-    return this.#base.telemetryAt;
+  get pose() {
+    return this.#base.pose;
+  }
+
+  get heardAt() {
+    const { telemetryAt, poseAt, statesAt, motorsAt } = this.#base;
+    return { telemetry: telemetryAt, pose: poseAt, states: statesAt, motors: motorsAt };
+  }
+
+  get unresponsive() {
+    return this.#seat.role === "drive" && this.#client.isUnresponsive;
   }
 
   get mayDrive() {
-    return this.#seat.role === "drive";
+    return this.#blocked() === undefined;
   }
 
   /** The fault that was latched at a time of the past, or `none`; undefined if that is not known. */
@@ -210,10 +220,12 @@ export class LiveModel implements Model {
       this.#base.version = undefined;
       this.#simulated.forget();
     }
-    this.#seat.opened(role);
+    this.#seat.opened(role, another);
     this.#base.reconnected();
-    this.#note(
-      role === "drive" ? `connected to ${this.#transport.to}` : `connected to ${this.#transport.to}: another page drives, this one watches`,
+    this.#voice.note(
+      role === "drive"
+        ? `connected to ${this.#transport.to}${another ? ", which may be another base than before" : ""}`
+        : `connected to ${this.#transport.to}: another page drives, this one watches`,
     );
     if (role === "drive") {
       this.#forgetting();
@@ -233,13 +245,13 @@ export class LiveModel implements Model {
   /** The seat was not to be had again: a Stop of before would now stop what another page does. */
   #forgetHalts(): void {
     this.#reclaims = false;
-    if (this.mayDrive || !this.#client.isHalting) return;
+    if (this.#seat.role === "drive" || !this.#client.isHalting) return;
     this.#client.close("another page drives");
-    this.#warn("Stop was not answered, and now another page drives: it cannot be sent from here");
+    this.#voice.warn("Stop was not answered, and now another page drives: it cannot be sent from here");
   }
 
   #lost(why: string, retryAt: number | undefined): void {
-    if (this.#seat.connection.state !== "lost") this.#note(`connection lost: ${why}`);
+    if (this.#seat.connection.state !== "lost") this.#voice.note(`connection lost: ${why}`);
     this.#seat.lost(why, retryAt);
     this.#cut(why);
   }
@@ -258,15 +270,15 @@ export class LiveModel implements Model {
     this.#client.restarted();
     this.#base.forget();
     this.#transport.expectTraffic(false);
-    this.#note("the base has started anew");
-    if (this.mayDrive) void this.#questions.begin();
+    this.#voice.note("the base has started anew");
+    if (this.#seat.role === "drive") void this.#questions.begin();
   }
 
   // What is heard.
 
   #sent(line: string, isPoll: boolean): void {
     this.#base.sent(line);
-    this.#speak("sent", line, isPoll);
+    this.#voice.speak("sent", line, isPoll);
     const { tag } = unwrap(line);
     if (isPoll) this.#chatter.add(tag);
     else this.#chatter.delete(tag);
@@ -275,18 +287,18 @@ export class LiveModel implements Model {
   #heard(line: string): void {
     const kind = this.#base.heard(line);
     if (kind === "damaged") {
-      this.#note(`damaged line left out: ${line}`, true);
+      this.#voice.note(`damaged line left out: ${line}`, true);
       return;
     }
     if (kind === "row") this.#client.touch();
     if (kind === "reply") {
       const { tag } = unwrap(line);
       this.#questions.replied();
-      this.#speak("heard", line, this.#chatter.delete(tag));
+      this.#voice.speak("heard", line, this.#chatter.delete(tag));
       this.#client.heard(line);
     } else if (kind !== "telemetry" || !this.#base.streaming) {
       // The page's own telemetry is on the strips; somebody who asked for another wants to read it.
-      this.#speak("heard", line, kind !== "event");
+      this.#voice.speak("heard", line, kind !== "event");
     }
   }
 
@@ -331,7 +343,7 @@ export class LiveModel implements Model {
   /** What the driver sends; the first thing is the `Stream` that is on. */
   #overheard(line: string): void {
     this.#base.sent(line);
-    this.#speak("sent", line, false);
+    this.#voice.speak("sent", line, false);
     const stream = streamOf(unwrap(line).body);
     if (stream && !this.#base.recorder.stream) this.#base.joined(stream);
   }
@@ -351,7 +363,7 @@ export class LiveModel implements Model {
         return model.#client.halts;
       },
       halt: (what) => model.#halt(what),
-      note: (text) => model.#note(text),
+      note: (text) => model.#voice.note(text),
       takeSeat: () => model.#transport.takeSeat?.(),
       world: (request) => {
         const send = model.#transport.sendWorld?.bind(model.#transport);
@@ -359,7 +371,11 @@ export class LiveModel implements Model {
         return model.#simulated.ask(request, send);
       },
       watchGains: (on) => model.#questions.watchGains(on),
-      truth: () => model.#simulated.truth(model.telemetryAt),
+      truth: () => model.#simulated.truth(model.heardAt.telemetry),
+      confirmBase: () => {
+        model.#seat.confirmed();
+        model.#topics.publish("connection");
+      },
     };
   }
 
@@ -374,41 +390,19 @@ export class LiveModel implements Model {
   }
 
   #blocked(): string | undefined {
-    const { role } = this.#seat;
+    const { role, connection } = this.#seat;
+    if (connection.state === "open" && connection.another)
+      return "not sent: this may be another base than before: say first that it is to be driven";
     if (role === "drive") return undefined;
     return role === "watch" ? "not sent: this page only watches" : "not sent: there is no connection to the base";
   }
 
   #halt(what: "Stop" | "EStop"): void {
     if (this.#seat.role === "watch" && !this.#reclaims) {
-      this.#warn(`${what} was not sent: this page only watches, another one drives`);
+      this.#voice.warn(`${what} was not sent: this page only watches, another one drives`);
       return;
     }
     this.#topics.publish("events");
-    this.#client.halt(what).catch((error: Error) => this.#note(error.message));
-  }
-
-  // What is told.
-
-  #speak(direction: Spoken["direction"], text: string, isChatter: boolean): void {
-    this.#conversation.add({ at: this.#clock.now(), direction, text }, isChatter);
-    this.#topics.publish("spoken");
-  }
-
-  #note(text: string, isChatter = false): void {
-    this.#speak("note", text, isChatter);
-  }
-
-  #raise(text: string | undefined): void {
-    this.#warning();
-    this.alarm = text === undefined ? undefined : { text };
-    this.#topics.publish("alarm");
-  }
-
-  /** An alarm about something that nothing will change. */
-  #warn(text: string): void {
-    this.#raise(text);
-    this.#note(text);
-    this.#warning = this.#clock.after(WARNING_MS, () => this.#raise(undefined));
+    this.#client.halt(what).catch((error: Error) => this.#voice.note(error.message));
   }
 }

@@ -4,6 +4,8 @@ import type { Alarm, Connection, Cursor, Estimate, Geometry, History, Model, Pla
 import { STATES } from "./model.ts";
 import { type NextFrame, nextFrame, Topics } from "./topics.ts";
 
+const NEVER: Model["heardAt"] = { telemetry: undefined, pose: undefined, states: undefined, motors: undefined };
+
 /** What was read. */
 export interface Recording {
   readonly name: string;
@@ -28,7 +30,9 @@ export class LogModel implements Model {
   readonly statistics = { heardBytesPerSecond: 0, sentBytesPerSecond: 0, damagedLines: 0, unanswered: 0 };
   readonly alarm: Alarm | undefined = undefined;
   readonly streaming = true;
-  readonly telemetryAt = 0;
+  readonly pose = undefined;
+  readonly heardAt = NEVER;
+  readonly unresponsive = false;
   readonly commands = undefined;
   readonly mayDrive = false;
   readonly history: History;
@@ -55,9 +59,10 @@ export class LogModel implements Model {
     const at = cursor.t === undefined ? history.length - 1 : history.indexAt(cursor.t);
     const moveState = STATES[history.at("move_state", at)];
     const turnState = STATES[history.at("turn_state", at)];
-    if (!moveState || !turnState) return undefined;
     const change = changeAt(this.#faults, cursor.t ?? Number.POSITIVE_INFINITY);
-    return { moveState, turnState, enabled: true, fault: change?.fault ?? "none", ...(change?.place && { place: change.place }) };
+    if (!moveState && !turnState && !change) return undefined;
+    // No log tells whether the motors were enabled.
+    return { moveState, turnState, enabled: undefined, fault: change?.fault ?? "none", ...(change?.place && { place: change.place }) };
   }
 
   setCursor(t: number | undefined): void {

@@ -3,8 +3,9 @@
  * times seconds of the base's own clock, as in the protocol; NaN stands for what is not known.
  */
 
-export const STATES = ["HOLD", "ACCEL", "MOVE", "DECCEL"] as const;
-export type AxisState = (typeof STATES)[number];
+import { type AxisState, STATES } from "../protocol/states.ts";
+
+export { type AxisState, STATES };
 
 /** The columns of the history. States are indices into STATES. */
 export const CHANNELS = [
@@ -59,10 +60,11 @@ export interface Estimate extends Pose {
   readonly covariance: Covariance;
 }
 
+/** What is not known is undefined: a log may tell faults alone. */
 export interface Status {
-  readonly moveState: AxisState;
-  readonly turnState: AxisState;
-  readonly enabled: boolean;
+  readonly moveState: AxisState | undefined;
+  readonly turnState: AxisState | undefined;
+  readonly enabled: boolean | undefined;
   /** `none`, or the name of the fault that is latched. */
   readonly fault: string;
   /** The wheels that it is about, if the event was heard. */
@@ -139,6 +141,11 @@ export interface Geometry {
   readonly wheelDiameter: number;
 }
 
+/** Seconds since something was heard at an instant of the clock that never leaps (`performance.now()`); undefined if it never was. */
+export function secondsSince(at: number | undefined, now: number = performance.now()): number | undefined {
+  return at === undefined ? undefined : Math.max(0, now - at) / 1000;
+}
+
 /** One line of the conversation, for the console. */
 export interface Spoken {
   /** Milliseconds of the page's clock. */
@@ -160,7 +167,7 @@ export interface World {
   readonly pushed: boolean;
   /** What can be broken: the words that follow `!fault`. */
   readonly faults: readonly string[];
-  /** Milliseconds of the page's clock when it was last heard of. */
+  /** When it was heard of last: milliseconds of the clock that never leaps. */
   readonly heardAt: number;
   /** True geometry, where it applies. */
   readonly truth: { readonly wheelBase: number; readonly leftDiameter: number; readonly rightDiameter: number } | undefined;
@@ -169,7 +176,14 @@ export interface World {
 export type Connection =
   | { readonly state: "none" }
   | { readonly state: "connecting"; readonly to: string }
-  | { readonly state: "open"; readonly to: string; readonly role: "drive" | "watch"; readonly seatFree: boolean }
+  | {
+      readonly state: "open";
+      readonly to: string;
+      readonly role: "drive" | "watch";
+      readonly seatFree: boolean;
+      /** What came back may be another base than before: it is not driven until somebody says so. */
+      readonly another: boolean;
+    }
   | { readonly state: "lost"; readonly to: string; readonly why: string; readonly retryAt: number | undefined }
   | { readonly state: "log"; readonly name: string };
 
@@ -229,6 +243,8 @@ export interface Commands {
   ownStream(): Promise<string>;
   /** Takes the driver's seat, if it is free. */
   takeSeat(): void;
+  /** What came back in the place of the base that was lost is to be driven. */
+  confirmBase(): void;
   /** To the simulated world: the fields of the server's JSON, without id. */
   world(request: WorldRequest): Promise<void>;
   /** A fix with this noise, made from the true pose (simulated world only) and sent as ObservePos. */
@@ -272,12 +288,24 @@ export interface Model {
   readonly alarm: Alarm | undefined;
   /** The telemetry is the page's own; false after another `Stream` was accepted. */
   readonly streaming: boolean;
-  /** Milliseconds of the page's clock when telemetry was last heard; 0: never. */
-  readonly telemetryAt: number;
+  /** The pose that was heard last, by telemetry or as `EstPos`. Undefined for a log, and before there is one. */
+  readonly pose: Pose | undefined;
+  /** When they were heard last; undefined: never, or a log. */
+  readonly heardAt: {
+    /** A sample of telemetry. */
+    readonly telemetry: number | undefined;
+    readonly pose: number | undefined;
+    /** The states of both axes. */
+    readonly states: number | undefined;
+    /** Whether the motors are enabled. */
+    readonly motors: number | undefined;
+  };
+  /** The base has left several questions in a row unanswered, and nothing that was asked has been answered since: a Stop may not reach it either. */
+  readonly unresponsive: boolean;
   readonly cursor: Cursor;
   /** Undefined for a log, and for who only watches (but `takeSeat`, and a watcher has no others): see `mayDrive`. */
   readonly commands: Commands | undefined;
-  /** Commands are obeyed: a live connection in the driver's seat. */
+  /** Commands are obeyed: a live connection in the driver's seat, to a base that nobody takes for another one. */
   readonly mayDrive: boolean;
   setCursor(t: number | undefined): void;
   /** Calls back when one of these topics has something new, at most once a frame; the returned function ends that. */

@@ -25,7 +25,9 @@ export function noBase(): Model {
     statistics: { heardBytesPerSecond: 0, sentBytesPerSecond: 0, damagedLines: 0, unanswered: 0 },
     alarm: undefined,
     streaming: true,
-    telemetryAt: 0,
+    pose: undefined,
+    heardAt: { telemetry: undefined, pose: undefined, states: undefined, motors: undefined },
+    unresponsive: false,
     get cursor() {
       return cursor;
     },

@@ -14,6 +14,7 @@ export interface Line {
   halt(what: "Stop" | "EStop"): void;
   note(text: string): void;
   takeSeat(): void;
+  confirmBase(): void;
   world(request: WorldRequest): Promise<void>;
   watchGains(on: boolean): void;
   /** The true pose, with its age in seconds; undefined if there is none, or it is too old. */
@@ -77,6 +78,7 @@ export function orders(line: Line): Commands {
     watchGains: (on) => line.watchGains(on),
     ownStream: () => ownStream(line),
     takeSeat: () => line.takeSeat(),
+    confirmBase: () => line.confirmBase(),
     world: (request) => line.world(request),
     observeTruth: async (sigmaXy, sigmaTheta, seed) => {
       const truth = line.truth();

@@ -110,8 +110,8 @@ export class Questions {
   #missTelemetry(now: number): void {
     const { base, clock, note } = this.#of;
     const { stream } = base.recorder;
-    if (!stream || stream.period <= 0 || base.telemetryAt === 0) return;
-    const isSilent = clock.now() - base.telemetryAt > Math.max(SILENT_MS, 5000 * stream.period);
+    if (!stream || stream.period <= 0 || base.rowAt === undefined) return;
+    const isSilent = clock.elapsed() - base.rowAt > Math.max(SILENT_MS, 5000 * stream.period);
     if (!isSilent || now - this.#repliedAt > JUST_NOW_MS || now - this.#missedAt < MISSED_AGAIN_MS) return;
     this.#missedAt = now;
     note("telemetry has stopped: it is asked for again");

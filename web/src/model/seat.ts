@@ -9,6 +9,7 @@ export class Seat {
   #to: string;
   #free = false;
   #role: Role | undefined;
+  #another = false;
 
   constructor(transport: Transport) {
     this.#to = transport.to;
@@ -24,14 +25,22 @@ export class Seat {
     this.connection = { state: "connecting", to: this.#to };
   }
 
-  opened(role: Role): void {
+  /** `another`: it may be another base than the one that was lost. */
+  opened(role: Role, another: boolean): void {
     this.#role = role;
+    this.#another ||= another;
     this.#free = false;
     this.#show();
   }
 
   free(free: boolean): void {
     this.#free = free;
+    if (this.connection.state === "open") this.#show();
+  }
+
+  /** The user knows which base this is. */
+  confirmed(): void {
+    this.#another = false;
     if (this.connection.state === "open") this.#show();
   }
 
@@ -44,6 +53,7 @@ export class Seat {
   }
 
   #show(): void {
-    this.connection = { state: "open", to: this.#to, role: this.#role ?? "watch", seatFree: this.#free && this.#role === "watch" };
+    const role = this.#role ?? "watch";
+    this.connection = { state: "open", to: this.#to, role, seatFree: this.#free && role === "watch", another: this.#another };
   }
 }

@@ -44,7 +44,7 @@ export class Simulated {
       speed: this.#hello?.speed,
       faults: this.#hello?.faults ?? [],
       truth: this.#hello?.truth,
-      heardAt: this.#clock.now(),
+      heardAt: this.#clock.elapsed(),
     };
   }
 
@@ -55,11 +55,11 @@ export class Simulated {
     return now === undefined ? undefined : Math.max(0, now - this.world.pose.t);
   }
 
-  /** The true pose with its age, while telemetry is alive; undefined if there is none, or it is too old for a fix. `heardAt`: of telemetry, by the page's clock. */
-  truth(heardAt: number): (Pose & { readonly age: number }) | undefined {
+  /** The true pose with its age, while telemetry is alive; undefined if there is none, or it is too old for a fix. `heardAt`: of telemetry, by the clock that never leaps. */
+  truth(heardAt: number | undefined): (Pose & { readonly age: number }) | undefined {
     const { world, age } = this;
-    const silent = this.#clock.now() - heardAt;
-    if (!world || age === undefined || age > MAX_AGE_S || silent > 1000 * MAX_AGE_S) return undefined;
+    if (!world || heardAt === undefined || age === undefined || age > MAX_AGE_S) return undefined;
+    if (this.#clock.elapsed() - heardAt > 1000 * MAX_AGE_S) return undefined;
     return { ...world.pose, age };
   }
 

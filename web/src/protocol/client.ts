@@ -63,7 +63,10 @@ interface Sent extends Waiting {
 interface Halting {
   readonly what: Halt;
   readonly tags: Map<number, number>;
-  readonly waiters: Waiting[];
+  /** However often it was asked for, this is its answer. */
+  readonly answer: Promise<string>;
+  readonly resolve: (reply: string) => void;
+  readonly reject: (error: Error) => void;
   cancel: () => void;
   isLate: boolean;
   refusals: number;
@@ -75,6 +78,8 @@ const HALT_MS = 1000;
 const AGAIN_MS = 500;
 /** A Stop that was refused (noise has hit it) is sent again after this. */
 const REFUSED_MS = 50;
+/** So many without a reply, one after the other, are more than noise on the line. */
+const MANY_MISSED = 3;
 /** Tags of a Stop that are remembered: the last so many. */
 const HALT_TAGS = 16;
 
@@ -92,10 +97,16 @@ export class Client {
   halts = 0;
   /** Commands that got no reply. */
   unanswered = 0;
+  #missedInARow = 0;
 
   constructor(around: Surroundings) {
     this.#around = around;
     this.#tag = around.firstTag & 0xffff;
+  }
+
+  /** Several commands in a row got no reply, and none has got one since. */
+  get isUnresponsive(): boolean {
+    return this.#missedInARow >= MANY_MISSED;
   }
 
   /** A Stop or an EStop waits for its answer. */
@@ -123,16 +134,11 @@ export class Client {
   halt(what: Halt): Promise<string> {
     this.halts += 1;
     for (const waiting of [...this.#waiting.splice(0), ...this.#polls.splice(0)]) waiting.reject(new Overtaken(waiting.body, what));
-    return new Promise((resolve, reject) => {
-      let halting = this.#halts.get(what);
-      if (!halting) {
-        halting = { what, tags: new Map(), waiters: [], cancel: () => {}, isLate: false, refusals: 0 };
-        this.#halts.set(what, halting);
-      }
-      if (halting.waiters.length < MAX_WAITING) halting.waiters.push({ body: what, poll: false, resolve, reject });
-      halting.cancel();
-      this.#sendHalt(halting, HALT_MS);
-    });
+    const halting = this.#halts.get(what) ?? begin(what);
+    this.#halts.set(what, halting);
+    halting.cancel();
+    this.#sendHalt(halting, HALT_MS);
+    return halting.answer;
   }
 
   /** The line is open. A Stop that was not answered is sent first, also to what may be another base: it harms none, and one that is forgotten may. */
@@ -144,6 +150,8 @@ export class Client {
       halting.cancel();
       this.#sendHalt(halting, HALT_MS);
     }
+    this.#missedInARow = 0;
+    this.#realarm();
   }
 
   /** The line is lost: nothing that waits is sent any more, but a Stop. */
@@ -153,6 +161,7 @@ export class Client {
     const all = [...this.#sent.splice(0), ...this.#waiting.splice(0), ...this.#polls.splice(0)];
     for (const one of all) one.reject(new Error(`“${one.body}”: ${why}`));
     for (const halting of this.#halts.values()) halting.tags.clear();
+    this.#realarm();
   }
 
   /** The base has started anew: it knows nothing of what waited for its reply, and what waits here was meant for before. */
@@ -181,6 +190,7 @@ export class Client {
       const order = halting.tags.get(tag);
       if (order === undefined) continue;
       this.#missed(order);
+      this.#missedInARow = 0;
       if (body === "OK") this.#halted(halting);
       else this.#refused(halting, tag);
       return true;
@@ -189,6 +199,7 @@ export class Client {
     const sent = this.#sent[at];
     if (!sent) return false;
     this.#missed(sent.order);
+    this.#missedInARow = 0;
     this.#sent.splice(this.#sent.indexOf(sent), 1);
     sent.resolve(body);
     this.#await();
@@ -232,6 +243,7 @@ export class Client {
 
   #giveUp(sent: Sent): void {
     this.unanswered += 1;
+    this.#missedInARow += 1;
     sent.reject(new Unanswered(sent.body));
   }
 
@@ -284,17 +296,22 @@ export class Client {
   #halted(halting: Halting): void {
     halting.cancel();
     this.#halts.delete(halting.what);
-    for (const waiter of halting.waiters) waiter.resolve("OK");
+    halting.resolve("OK");
     this.#alarm();
   }
 
   #forgetHalts(why: string): void {
     for (const halting of this.#halts.values()) {
       halting.cancel();
-      for (const waiter of halting.waiters) waiter.reject(new Error(`“${halting.what}”: ${why}`));
+      halting.reject(new Error(`“${halting.what}”: ${why}`));
     }
     this.#halts.clear();
     this.#alarm();
+  }
+
+  /** What the alarm says of the connection is no longer so. */
+  #realarm(): void {
+    if ([...this.#halts.values()].some((halting) => halting.isLate)) this.#alarm();
   }
 
   #alarm(): void {
@@ -308,4 +325,12 @@ export class Client {
     this.#tag = (tag + 1) & 0xffff;
     return tag;
   }
+}
+
+function begin(what: Halt): Halting {
+  let [resolve, reject]: [Halting["resolve"], Halting["reject"]] = [() => {}, () => {}];
+  const answer = new Promise<string>((yes, no) => {
+    [resolve, reject] = [yes, no];
+  });
+  return { what, tags: new Map(), answer, resolve, reject, cancel: () => {}, isLate: false, refusals: 0 };
 }

@@ -1,5 +1,6 @@
 /** What the base says, read: replies, events and the rows of lists. A line that is not as docs/protocol.md has it is undefined, never a guess. */
-import { type AxisState, type Covariance, type Pose, type Posture, STATES, type Status } from "../model/model.ts";
+import type { Covariance, Pose, Posture, Status } from "../model/model.ts";
+import { type AxisState, STATES } from "./states.ts";
 
 export interface EstPos extends Pose {
   readonly covariance: Covariance;
@@ -30,8 +31,15 @@ export function covarianceOf(values: readonly number[]): Covariance | undefined 
   return more === undefined ? [xx, xy, xt, yy, yt, tt] : undefined;
 }
 
+/** What the base itself tells is all known. */
+export interface StatusReply extends Status {
+  readonly moveState: AxisState;
+  readonly turnState: AxisState;
+  readonly enabled: boolean;
+}
+
 /** `Status <move state> <turn state> <flags> <fault>`. */
-export function status(words: readonly string[]): Status | undefined {
+export function status(words: readonly string[]): StatusReply | undefined {
   const [moveState, turnState, flag, fault, more] = words;
   if (!isState(moveState) || !isState(turnState) || fault === undefined || more !== undefined) return undefined;
   if (flag !== "enabled" && flag !== "disabled") return undefined;

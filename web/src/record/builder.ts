@@ -4,7 +4,7 @@ import type { FaultChange } from "../model/faults.ts";
 import { blank } from "../model/history.ts";
 import type { Recording } from "../model/log.ts";
 import { CHANNELS, type Channel, type Estimate, type Geometry, type History, type Sample, type Spoken } from "../model/model.ts";
-import type { Wheels } from "./odometry.ts";
+import type { Wheels } from "./wheels.ts";
 
 /** More rows than 11 hours at 50 Hz are no log that a page can show. */
 export const MAX_ROWS = 2_000_000;

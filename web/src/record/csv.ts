@@ -1,4 +1,4 @@
-/** Saves the history that is in view as a table that this page, and any other program, can read. */
+/** Saves a stretch of the history as a table that this page, and any other program, can read. */
 import { CHANNELS, type Channel, type Model, STATES } from "../model/model.ts";
 
 const UNITS: Readonly<Record<Channel, string>> = {
@@ -33,19 +33,22 @@ export interface Saved extends Pick<Model, "history"> {
 }
 
 /** An empty cell is not known. */
-export function csv(model: Saved): Blob {
+export function csv(model: Saved, from: number, to: number): { blob: Blob; rows: number } {
   const { history } = model;
+  let begin = Math.max(0, history.indexAt(from));
+  while (begin < history.length && history.at("t", begin) < from) begin += 1;
+  const end = history.indexAt(to) + 1;
   const units = CHANNELS.map((channel) => `${channel} ${UNITS[channel]}`).join("; ");
   const pieces = [`# units: ${units}; empty: not known\n${[...CHANNELS, "fault"].join(",")}\n`];
-  for (let first = 0; first < history.length; first += PIECE) {
+  for (let first = begin; first < end; first += PIECE) {
     let piece = "";
-    for (let at = first; at < Math.min(first + PIECE, history.length); at += 1) {
+    for (let at = first; at < Math.min(first + PIECE, end); at += 1) {
       const cells = CHANNELS.map((channel) => cell(channel, history.at(channel, at)));
       piece += `${cells.join(",")},${model.faultAt?.(history.at("t", at)) ?? ""}\n`;
     }
     pieces.push(piece);
   }
-  return new Blob(pieces, { type: "text/csv" });
+  return { blob: new Blob(pieces, { type: "text/csv" }), rows: Math.max(0, end - begin) };
 }
 
 function cell(channel: Channel, value: number): string {

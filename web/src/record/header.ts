@@ -3,6 +3,9 @@
 /** More counts than the base's own counters hold are none. */
 const MAX_COUNT = 2 ** 31 - 1;
 
+/** Takes a row's cells. Throws what is wrong with them. */
+export type TakeRow = (cells: readonly string[]) => void;
+
 export class Columns {
   readonly names: readonly string[];
   #at: ReadonlyMap<string, number>;

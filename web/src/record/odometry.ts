@@ -5,18 +5,8 @@
 import { wrap } from "../model/layout.ts";
 import type { Parameter } from "../model/model.ts";
 import type { Builder } from "./builder.ts";
-import type { Columns } from "./header.ts";
-import type { TakeRow } from "./tables.ts";
-
-/** The wheels that the counts are of. */
-export interface Wheels {
-  readonly wheelBase: number;
-  readonly leftDiameter: number;
-  readonly rightDiameter: number;
-  readonly countsPerTurn: number;
-  /** Whose they are, in words. */
-  readonly origin: string;
-}
+import type { Columns, TakeRow } from "./header.ts";
+import type { Wheels } from "./wheels.ts";
 
 /** A new base's: what the firmware has before anybody sets its parameters. */
 const DEFAULTS: Wheels = {

@@ -2,11 +2,8 @@
 import { wrap } from "../model/layout.ts";
 import { CHANNELS, type Channel, type Covariance, STATES } from "../model/model.ts";
 import type { Builder } from "./builder.ts";
-import type { Columns } from "./header.ts";
+import type { Columns, TakeRow } from "./header.ts";
 import { odometry } from "./odometry.ts";
-
-/** Takes a row's cells. Throws what is wrong with them. */
-export type TakeRow = (cells: readonly string[]) => void;
 
 /** Degrees in a radian. */
 const DEGREES = 180 / Math.PI;

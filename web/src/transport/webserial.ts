@@ -129,7 +129,11 @@ export class WebSerialTransport implements Transport {
     } finally {
       this.#ready = false;
     }
-    const { writable } = port;
+    const { writable, readable } = port;
+    if (this.#wanted && attempt === this.#attempts && (writable?.locked || readable?.locked)) {
+      this.#lose("something else on this page uses the port");
+      return;
+    }
     if (!this.#wanted || attempt !== this.#attempts || !writable) {
       void within(CLOSE_MS, this.#clock, port.close());
       return;
@@ -150,9 +154,10 @@ export class WebSerialTransport implements Transport {
   async #read(session: Session): Promise<void> {
     let errors: { at: number; name: string }[] = [];
     while (!session.lost && session.port.readable) {
-      const reader = session.port.readable.getReader();
-      session.reader = reader;
+      let reader: Session["reader"];
       try {
+        reader = session.port.readable.getReader();
+        session.reader = reader;
         for (;;) {
           const { value, done } = await reader.read();
           if (done || session.lost) break;
@@ -168,7 +173,7 @@ export class WebSerialTransport implements Transport {
         if (errors.filter((each) => each.name === name).length >= MAX_ERRORS)
           return this.#lost(session, `${MAX_ERRORS} errors within a second: ${name}`);
       } finally {
-        reader.releaseLock();
+        reader?.releaseLock();
         session.reader = undefined;
       }
     }
@@ -242,6 +247,8 @@ export class WebSerialTransport implements Transport {
   #onDisconnect = (event: Event): void => {
     if (event.target !== this.#port) return;
     this.#plugged = false;
+    // An attempt that is under way has overtaken itself: it would take a dead port for a session, and not hear of the live one.
+    this.#attempts += 1;
     this.#retry();
     this.#lose("it was unplugged");
   };

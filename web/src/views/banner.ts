@@ -10,6 +10,8 @@ export interface BannerOptions {
   readonly say: Say;
   /** The alarm begins or ends. */
   readonly alarm: (on: boolean) => void;
+  /** Gives up the connection to the live base. */
+  readonly disconnect: () => void;
   /** Leaves the log, for the live base. */
   readonly closeLog: () => void;
 }
@@ -23,6 +25,18 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
   // Beside the alert, not in it: a screen reader would read every second.
   const again = h("span", { class: "again", "aria-hidden": "true" });
   const lost = h("div", { class: "banner lost", ...testid("connection-lost"), hidden: true }, lostText, again);
+  const silent = h("div", { class: "banner lost", role: "alert", ...testid("no-answer"), hidden: true });
+  const another = h(
+    "div",
+    { class: "banner lost", role: "alert", ...testid("another-base"), hidden: true },
+    h(
+      "span",
+      {},
+      "⚠ What came back may be another base than before. It is asked what it is, and Stop reaches it; it is driven when you say so.",
+    ),
+    button("Drive it", () => model.commands?.confirmBase(), testid("drive-it")),
+    button("Disconnect", options.disconnect, testid("disconnect-it")),
+  );
   const name = h("strong", testid("fault-name"));
   const cause = h("span", { class: "cause" });
   const clearing = h("span", { class: "clearing" });
@@ -46,7 +60,7 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
     logName,
     button("Close the log", options.closeLog),
   );
-  const root = h("div", { class: "banner-group" }, ofLog && log, alarm, lost, fault);
+  const root = h("div", { class: "banner-group" }, ofLog && log, alarm, lost, another, silent, fault);
   element.append(root);
 
   let latest: Lost | undefined;
@@ -65,6 +79,12 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
     show(lost, words !== undefined);
 
     const { status, connection } = model;
+    show(another, connection.state === "open" && connection.another);
+    setText(
+      silent,
+      model.unresponsive ? "⚠ The base does not answer: a Stop may not reach it, whatever telemetry says. Use its own emergency stop." : "",
+    );
+    show(silent, model.unresponsive);
     show(log, connection.state === "log");
     if (connection.state === "log") setText(logName, `▤ What is shown is the log ${connection.name}, not a live base.`);
     fault.classList.toggle("of-log", model.kind === "log");
@@ -85,10 +105,8 @@ export function mount(element: HTMLElement, first: Model, options: BannerOptions
     model = next;
     draw();
   });
-  // The seconds until the next attempt run.
-  const timer = setInterval(() => {
-    if (model.connection.state === "lost") draw();
-  }, 500);
+  // The seconds until the next attempt run, and what is not answered makes no event.
+  const timer = setInterval(draw, 500);
 
   return {
     setModel: base.setModel,

@@ -1,11 +1,11 @@
 /** The top of the page: which base this is, how it is connected, who drives, and what everything else depends on: battery, line, pace. */
-import type { Model } from "../model/model.ts";
+import { type Model, secondsSince } from "../model/model.ts";
 import { button, h, setAttribute, setText, show } from "./dom.ts";
 import { type View, watch } from "./view.ts";
 import { connectionWords, LINE_BYTES_PER_SECOND } from "./words.ts";
 
-/** What is older is shown as stale. */
-const STALE_MS = 500;
+/** What is older is shown as stale, s. */
+const STALE_S = 0.5;
 
 export interface HeaderOptions {
   readonly help: () => void;
@@ -54,8 +54,8 @@ export function mount(element: HTMLElement, first: Model, options: HeaderOptions
       seat.title = connection.seatFree ? "Drive this base from here" : "Another page drives: it must leave first";
     }
 
-    const silence = model.telemetryAt === 0 ? 0 : Date.now() - model.telemetryAt;
-    const stale = connection.state === "open" && silence > STALE_MS;
+    const silence = secondsSince(model.heardAt.telemetry) ?? 0;
+    const stale = connection.state === "open" && silence > STALE_S;
     show(age, stale);
     if (stale) setText(age, `telemetry ${seconds(silence)} old`);
 
@@ -65,7 +65,7 @@ export function mount(element: HTMLElement, first: Model, options: HeaderOptions
     const damaged = statistics.damagedLines > 0 ? `, ${statistics.damagedLines} damaged` : "";
     load.set(connection.state === "open" ? `${Math.round(100 * bytes)} %${damaged}` : undefined, false);
     load.root.title = "What the base sends, as a share of a serial line at 115 200 baud";
-    const frozen = world !== undefined && Date.now() - world.heardAt > STALE_MS;
+    const frozen = world !== undefined && (secondsSince(world.heardAt) ?? 0) > STALE_S;
     pace.set(world && paceWords(world.pace, world.speed), frozen);
   };
   const base = watch(model, ["connection", "world", "status"], (next) => {
@@ -95,7 +95,7 @@ function chip(testid: string, label: string) {
   };
 }
 
-const seconds = (ms: number) => (ms < 10_000 ? `${(ms / 1000).toFixed(1)} s` : `${Math.round(ms / 1000)} s`);
+const seconds = (age: number) => `${age.toFixed(age < 10 ? 1 : 0)} s`;
 
 export function paceWords(pace: number, speed: number | undefined): string {
   const share = `${Math.round(100 * pace)} %`;

@@ -14,8 +14,8 @@ const NOTES: readonly (readonly [title: string, ...paragraphs: string[]])[] = [
   ],
   [
     "A lost page",
-    "When the base hears nothing from this page for as long as its parameter deadman says (1 s unless changed), it stops motions without an end (m inf, t inf) and latches the fault link. Motions with a target go on to it, however long nobody speaks.",
-    "A page in a hidden tab or a minimised window asks nothing: nobody looks, so it must not count as somebody who does. A motion without an end stops then. When the page is seen again it asks anew; nothing moves by itself.",
+    "When the base hears nothing from this page for as long as its parameter deadman says (1 s unless changed), it stops motions without an end (m inf, t inf) and latches the fault link. Motions with a target go on to it, however long nobody speaks. With deadman 0 nothing of that is so: whatever moves goes on.",
+    "A page in a hidden tab or a minimised window asks nothing: nobody looks, so it must not count as somebody who does. A motion without an end stops then, unless deadman is 0. When the page is seen again it asks anew; nothing moves by itself.",
     "After a lost connection nothing that was asked for before is sent, but for a Stop that was not answered.",
   ],
   [
@@ -26,7 +26,7 @@ const NOTES: readonly (readonly [title: string, ...paragraphs: string[]])[] = [
   ],
   [
     "Goals",
-    "In the top view, press where the base shall go: release sends GoTo. Drag before releasing to set the heading. With Shift the posture is added to the path. Esc gives up.",
+    "In the top view, press where the base shall go: release sends GoTo. Drag before releasing to set the heading. With Shift, or while Add is pressed, the posture is added to the path. Esc gives up.",
   ],
 ];
 

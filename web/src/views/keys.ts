@@ -101,7 +101,10 @@ export const KEYS: readonly { readonly where: string; readonly keys: readonly (r
       ["+ −", "Zoom"],
       ["f", "Follow the base"],
       ["0", "Fit all in"],
-      ["g", "Set a goal: arrows move it (finer with Shift), Enter fixes it, arrows turn its heading, Enter sends, Esc leaves"],
+      [
+        "g",
+        "Set a goal: arrows move it (finer with Shift), Enter fixes it, arrows turn its heading, Enter sends, Shift + Enter adds it to the path, Esc leaves",
+      ],
     ],
   },
   { where: "Time bar", keys: [["← →", "An instant back, an instant on; also Page Up, Page Down, Home, End"]] },

@@ -2,7 +2,7 @@
  * The bar with the Stop button: always there, below everything and above every dialog (which is why no dialog of this page is modal: a modal one makes
  * the rest of the page inert). It belongs to the live base, whatever the rest of the page shows.
  */
-import type { Connection, Model } from "../model/model.ts";
+import { type Model, secondsSince } from "../model/model.ts";
 import { button, h, setAttribute, setText, show } from "./dom.ts";
 import { driving, order, type Say, type View, watch } from "./view.ts";
 
@@ -18,6 +18,8 @@ export interface StopBar extends View {
 
 const SAID_FOR_MS = 8000;
 const LONGEST_TOUCH_MS = 3000;
+/** The status is asked for each quarter of a second: what is older was not answered several times, s. */
+const OLD_S = 1;
 
 export function mount(element: HTMLElement, first: Model): StopBar {
   let model = first;
@@ -38,7 +40,7 @@ export function mount(element: HTMLElement, first: Model): StopBar {
   const give = (what: "Stop" | "EStop", send: (() => void) | undefined) => {
     // Sent wherever there is a way to send it; what is said beside it only tells how far that goes.
     send?.();
-    const problem = unreachable(model.connection, model.mayDrive);
+    const problem = unreachable(model);
     if (problem) say(`${what}: ${problem}`, "refused");
     else say(`${what} sent to ${describe(model)}`);
   };
@@ -52,7 +54,9 @@ export function mount(element: HTMLElement, first: Model): StopBar {
   const clear = button("Clear fault", () => void order("Clear fault", driving(model)?.clearFault(), say), {
     "data-testid": "clear-fault-bar",
   });
-  const motion = h("span", { class: "motion", "data-testid": "motion" });
+  const states = h("span");
+  const motors = h("span");
+  const motion = h("span", { class: "motion", "data-testid": "motion" }, states, motors);
   const hint = h("span", { class: "hint", role: "status", hidden: true }, "Space types a blank here. To stop: Esc, then Space");
   const whose = h("span", { class: "whose" });
   element.replaceChildren(
@@ -65,13 +69,17 @@ export function mount(element: HTMLElement, first: Model): StopBar {
   let log = false;
   const draw = () => {
     const { status, connection } = model;
-    const said = status && `move ${status.moveState} · turn ${status.turnState} · motors ${status.enabled ? "enabled" : "disabled"}`;
-    const old = connection.state === "open" ? "" : "last heard: ";
-    setText(motion, said ? old + said : "");
-    motion.classList.toggle("old", old !== "");
+    const open = connection.state === "open";
+    const tell = (element: HTMLElement, words: string, at: number | undefined) => {
+      const { text, old } = aged(words, open, secondsSince(at));
+      setText(element, status ? text : "");
+      element.classList.toggle("old", old);
+    };
+    tell(states, `move ${status?.moveState ?? "–"} · turn ${status?.turnState ?? "–"}`, model.heardAt.states);
+    tell(motors, ` · motors ${status?.enabled === undefined ? "–" : status.enabled ? "enabled" : "disabled"}`, model.heardAt.motors);
     show(whose, log && connection.state !== "none");
     setText(whose, log && connection.state !== "none" ? `These act on the live base (${describe(model)}), not on the log.` : "");
-    const problem = unreachable(connection, model.mayDrive);
+    const problem = unreachable(model);
     stopButton.title = problem ?? `Both axes decelerate and hold (space bar). To ${describe(model)}`;
     estopButton.title = problem ?? "Motors off at once (Ctrl + . or Pause)";
     setAttribute(stopButton, "data-reaches", String(!problem));
@@ -79,15 +87,21 @@ export function mount(element: HTMLElement, first: Model): StopBar {
     for (const each of [enable, disable, clear]) each.disabled = !model.mayDrive;
     show(clear, status !== undefined && status.fault !== "none");
   };
-  const base = watch(model, ["connection", "status", "world"], (next) => {
+  const base = watch(model, ["connection", "status", "world", "alarm"], (next) => {
     model = next;
+    // What was said of a Stop before it turned out that nobody answers.
+    if (next.alarm && said.classList.contains("done")) said.textContent = "";
     draw();
   });
+
+  // What is heard no more grows old by itself.
+  const ageing = setInterval(draw, 500);
 
   return {
     setModel: base.setModel,
     destroy: () => {
       clearTimeout(hush);
+      clearInterval(ageing);
       base.destroy();
     },
     stop,
@@ -99,6 +113,12 @@ export function mount(element: HTMLElement, first: Model): StopBar {
       draw();
     },
   };
+}
+
+/** What was told, as it is now: with its age, if that is not just now. */
+export function aged(words: string, open: boolean, age: number | undefined): { text: string; old: boolean } {
+  if (open && (age === undefined || age <= OLD_S)) return { text: words, old: false };
+  return { text: `${words} (${age === undefined ? "last heard" : `${age.toFixed(0)} s old`})`, old: true };
 }
 
 /** A button that acts when it is touched, not when it is let go: half a second is 15 cm of a base at 0.3 m/s. */
@@ -123,7 +143,7 @@ function describe(model: Model): string {
 }
 
 /** Why an order would not reach the base; undefined if it would. */
-export function unreachable(connection: Connection, mayDrive: boolean): string | undefined {
+export function unreachable({ connection, unresponsive }: Pick<Model, "connection" | "unresponsive">): string | undefined {
   switch (connection.state) {
     case "none":
     case "log":
@@ -133,6 +153,8 @@ export function unreachable(connection: Connection, mayDrive: boolean): string |
     case "lost":
       return "the connection is lost: it may not reach the base. Use the base's own emergency stop";
     case "open":
-      return mayDrive ? undefined : "this page only watches: it reaches nobody. Take the seat, or use the base's own emergency stop";
+      if (connection.role === "watch")
+        return "this page only watches: it reaches nobody. Take the seat, or use the base's own emergency stop";
+      return unresponsive ? "the base does not answer: it may not hear it. Use the base's own emergency stop" : undefined;
   }
 }

@@ -4,16 +4,19 @@
 import type { Model, Topic } from "../model/model.ts";
 import { button, h, setAttribute, setText, show } from "./dom.ts";
 import { picture } from "./strips/picture.ts";
-import { SPANS, span } from "./strips/span.ts";
+import { SPANS, type Stretch, span } from "./strips/span.ts";
 import { advance, clockWords, spanWords } from "./strips/timewords.ts";
-import type { View } from "./view.ts";
+import { reason, type Say, type View } from "./view.ts";
 
 export interface TimelineOptions {
-  readonly onSaveCsv: () => void;
+  /** Saves the rows of a stretch of time. */
+  readonly onSaveCsv: (stretch: Stretch) => void;
+  readonly say: Say;
 }
 
 const TOPICS: readonly Topic[] = ["history", "cursor", "connection"];
 const SPEEDS: readonly number[] = [0.5, 1, 2, 5, 10];
+const ALL: Stretch = { from: Number.NEGATIVE_INFINITY, to: Number.POSITIVE_INFINITY };
 /** How often the bar follows what is new: it is no instrument. */
 const UPDATE_MS = 200;
 /** Steps of the slider, s: an arrow goes by one, a page by a tenth of all. */
@@ -78,8 +81,12 @@ export function mount(element: HTMLElement, first: Model, options: TimelineOptio
       h("label", { class: "field" }, "Shows", length),
       h("label", { class: "field" }, "Plays at", pace),
       h("span", { class: "timeline-space" }),
-      button("Save CSV", options.onSaveCsv, { "data-testid": "save-csv" }),
-      button("Save PNG", () => void savePicture(), { "data-testid": "save-png" }),
+      button("Save CSV", () => options.onSaveCsv(span.shown ?? ALL), {
+        "data-testid": "save-csv",
+        title: "What the strips show, as a table",
+      }),
+      button("Save all", () => options.onSaveCsv(ALL), { "data-testid": "save-all", title: "All that this page has, as a table" }),
+      button("Save PNG", () => void savePicture().catch(onPictureFailed), { "data-testid": "save-png" }),
     ),
     h("div", { class: "timeline-note" }, promise, paused),
   );
@@ -179,6 +186,8 @@ export function mount(element: HTMLElement, first: Model, options: TimelineOptio
     h("a", { href: url, download: `${name.replace(/\.\w+$/, "")}-${Number.isNaN(t) ? "empty" : t.toFixed(0)}s.png` }).click();
     setTimeout(() => URL.revokeObjectURL(url), 10_000);
   };
+
+  const onPictureFailed = (error: unknown) => options.say(`Save PNG: ${reason(error)}`, "refused");
 
   const unspan = span.watch(() => {
     length.value = String(span.seconds);

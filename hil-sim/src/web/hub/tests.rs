@@ -2,7 +2,7 @@ use super::*;
 use std::sync::mpsc::{Receiver, sync_channel};
 
 struct Base {
-    lines: Receiver<Vec<u8>>,
+    lines: Receiver<Said>,
     asked: Receiver<Asked>,
 }
 
@@ -17,6 +17,14 @@ fn hub() -> (Hub, Base) {
         Hub::new(json!({"robot": "r"}), ToBase { lines, asked }),
         base,
     )
+}
+
+/// What goes to the base now.
+fn passed(hub: &Hub, base: &Base) -> Vec<Vec<u8>> {
+    base.lines
+        .try_iter()
+        .filter_map(|said| hub.pass(said))
+        .collect()
 }
 
 /// What a client has been told since it was last asked.
@@ -39,7 +47,7 @@ fn the_second_driver_is_sent_away_and_the_first_goes_on() {
     assert_eq!(farewell.code, 4409);
     assert_eq!(farewell.reason, "another page drives");
     hub.hear_text(driver.id, "m 1").unwrap();
-    assert_eq!(base.lines.try_recv().unwrap(), b"m 1\n");
+    assert_eq!(passed(&hub, &base), [b"m 1\n"]);
     let told = told(&mut driver);
     let hello: Value = serde_json::from_str(&told[0]).unwrap();
     let expected = json!({"hello": {"robot": "r", "role": "drive", "seat": "taken"}});
@@ -110,7 +118,7 @@ fn what_is_no_line_is_not_passed_on_and_a_thousand_are_too_many() {
 
 #[test]
 fn a_driver_that_is_faster_than_the_base_is_sent_away() {
-    let (hub, base) = hub();
+    let (hub, _base) = hub();
     let driver = hub.join(Role::Drive).unwrap();
     for line in 0..4 {
         hub.hear_text(driver.id, &format!("m {line}")).unwrap();
@@ -121,9 +129,48 @@ fn a_driver_that_is_faster_than_the_base_is_sent_away() {
         (1008, "too fast")
     );
     hub.leave(driver.id);
-    // What was sent before and is complete reaches the base.
-    let lines: Vec<_> = base.lines.try_iter().collect();
-    assert_eq!(lines, [b"m 0\n", b"m 1\n", b"m 2\n", b"m 3\n"]);
+}
+
+#[test]
+fn what_waits_of_a_driver_who_has_left_is_dropped_but_a_stop() {
+    let (hub, base) = hub();
+    let first = hub.join(Role::Drive).unwrap();
+    let mut watcher = hub.join(Role::Watch).unwrap();
+    for line in ["@1 m inf 0.3", "@2 Stream 0.1 t", "@3 Stop*ABCD"] {
+        hub.hear_text(first.id, line).unwrap();
+    }
+    hub.leave(first.id);
+    let second = hub.join(Role::Drive).unwrap();
+    hub.hear_text(second.id, "GetTime").unwrap();
+    assert_eq!(
+        passed(&hub, &base),
+        [b"@3 Stop*ABCD\n".as_slice(), b"GetTime\n"]
+    );
+    hub.tell_line("@2 OK");
+    told(&mut watcher);
+    let mut late = hub.join(Role::Watch).unwrap();
+    assert_eq!(
+        told(&mut late).len(),
+        1,
+        "the stream has not been asked for, and no answer accepts it"
+    );
+}
+
+#[test]
+fn at_the_end_everybody_is_told_and_nobody_comes_any_more() {
+    let (hub, _base) = hub();
+    let mut driver = hub.join(Role::Drive).unwrap();
+    let visit = hub.visit();
+    hub.close();
+    let farewell = driver.dismissed.try_recv().unwrap();
+    assert_eq!(
+        (farewell.code, farewell.reason.as_str()),
+        (1001, "the simulator ends")
+    );
+    assert_eq!(hub.join(Role::Watch).unwrap_err().code, 1001);
+    assert!(hub.is_visited());
+    drop(visit);
+    assert!(!hub.is_visited());
 }
 
 #[test]

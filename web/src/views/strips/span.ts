@@ -6,6 +6,8 @@ export const FIRST_SPAN = 30;
 
 export interface Span {
   readonly seconds: number;
+  /** The stretch that the strips show, once they have shown one. */
+  shown: Stretch | undefined;
   set(seconds: number): void;
   /** Calls back when it has changed; the returned function ends that. */
   watch(changed: () => void): () => void;
@@ -18,6 +20,7 @@ function makeSpan(): Span {
     get seconds() {
       return seconds;
     },
+    shown: undefined,
     set: (next) => {
       if (next === seconds) return;
       seconds = next;

@@ -1,5 +1,5 @@
 /** What stands about the canvas: buttons, legend, status, hint. */
-import { button, h } from "../dom.ts";
+import { button, h, toggle } from "../dom.ts";
 
 export interface Panel {
   readonly frame: HTMLElement;
@@ -15,6 +15,8 @@ export interface PanelActions {
   fit(): void;
   follow(): void;
   keyGoal(): void;
+  /** From here on presses add postures, or no longer. */
+  adds(on: boolean): void;
 }
 
 const LEGEND: readonly (readonly [swatch: string, text: string])[] = [
@@ -39,7 +41,7 @@ export function panel(element: HTMLElement, on: PanelActions): Panel {
     role: "application",
     "aria-roledescription": "map",
     "aria-label":
-      "Top view. A click or drag sets a goal, with Shift it adds a posture. Arrow keys pan, plus and minus zoom, F follows, 0 fits, G sets a goal by keys.",
+      "Top view. A click or drag sets a goal, with Shift it adds a posture. Arrow keys pan, plus and minus zoom, F follows, 0 fits, G sets a goal by keys: Enter sends it, with Shift it adds a posture.",
     "aria-describedby": "topview-status",
     "data-picture": "Top view: estimated (solid), true (dashed)",
   });
@@ -52,6 +54,10 @@ export function panel(element: HTMLElement, on: PanelActions): Panel {
     button("Fit", on.fit, { title: "Fit all in (0)" }),
     follow,
     button("Goal", on.keyGoal, { title: "Set a goal by keys (g)", "aria-label": "Set a goal by keys" }),
+    toggle("Add", false, on.adds, {
+      title: "A press adds a posture to the path, as with Shift, instead of replacing the goal",
+      "data-testid": "add-postures",
+    }),
   );
   const legend = h(
     "details",

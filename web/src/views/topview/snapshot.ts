@@ -1,5 +1,5 @@
 /** What is known of the base at the instant that is looked at: now, or the time of the cursor. */
-import type { Covariance, Estimate, History, Model, Pose } from "../../model/model.ts";
+import { type Covariance, type Estimate, type History, type Model, type Pose, secondsSince } from "../../model/model.ts";
 import type { Motion } from "./silhouette.ts";
 import { carry } from "./uncertainty.ts";
 
@@ -24,13 +24,17 @@ export interface Snapshot {
   readonly truthAge: number;
 }
 
-/** `now` is milliseconds of the page's clock. */
+const STILL_UNKNOWN: Motion = { speed: Number.NaN, turning: Number.NaN };
+
+/** `now` is milliseconds of the clock that never leaps. */
 export function snapshot(model: Model, now: number): Snapshot {
   const { history, cursor } = model;
   const past = cursor.t !== undefined;
   const live = model.kind === "live" && !past;
   const index = cursor.t === undefined ? history.length - 1 : history.indexAt(cursor.t);
-  const sampled = sampledPose(history, index);
+  // A sample tells the pose, unless the telemetry has stopped or has no pose in it: then the base still answers where it is.
+  const sampled = live && model.pose ? model.pose : sampledPose(history, index);
+  const isFresh = !live || (secondsSince(model.heardAt.telemetry, now) ?? 0) <= STALE;
   const newest = cursor.t === undefined ? model.estimates.at(-1) : before(model.estimates, cursor.t);
   const pose = sampled ?? newest;
   const time = history.at("t", index);
@@ -40,11 +44,11 @@ export function snapshot(model: Model, now: number): Snapshot {
     past,
     index,
     pose,
-    motion: { speed: history.at("v_s", index), turning: history.at("v_alpha", index) },
-    age: live && model.telemetryAt > 0 ? Math.max(0, (now - model.telemetryAt) / 1000) : 0,
+    motion: isFresh ? { speed: history.at("v_s", index), turning: history.at("v_alpha", index) } : STILL_UNKNOWN,
+    age: live ? (secondsSince(model.heardAt.pose, now) ?? 0) : 0,
     doubt: newest && doubtAt(newest, sampled, time),
     truth: live && world ? world.pose : truePose(history, index),
-    truthAge: live && world ? Math.max(0, (now - world.heardAt) / 1000) : 0,
+    truthAge: live && world ? (secondsSince(world.heardAt, now) ?? 0) : 0,
   };
 }
 

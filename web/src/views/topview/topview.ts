@@ -33,6 +33,8 @@ const FIRST_SCALE = 140;
 const FIRST_RADIUS = 40;
 /** Pixels a metre, the most that Fit zooms in. */
 const CLOSEST_FIT = 300;
+/** What Fit leaves free on each side, pixels: the buttons stand there, and names beside their places. */
+const FIT_MARGIN = 72;
 /** The share of the canvas in which the base is kept. */
 const FOLLOWED = 0.6;
 const STILL = { speed: 0, turning: 0 };
@@ -53,6 +55,8 @@ export function mount(element: HTMLElement, first: Model): Shown {
   const ways = { estimated: new Trail("x", "y"), truly: new Trail("true_x", "true_y") };
   const ground = new Ground();
   const drag = new GoalDrag();
+  /** Presses add postures without Shift, too: a finger has none. */
+  let adds = false;
   let byKeys: KeyGoal | undefined;
   /** A goal whose answer is awaited. */
   let ordered: Dragged | undefined;
@@ -65,6 +69,9 @@ export function mount(element: HTMLElement, first: Model): Shown {
     keyGoal: () => {
       ui.canvas.focus();
       beginByKeys();
+    },
+    adds: (on) => {
+      adds = on;
     },
   });
   const { canvas } = ui;
@@ -82,7 +89,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     frame = 0;
     clearTimeout(ageing);
     if (!resize()) return;
-    const shown = snapshot(model, Date.now());
+    const shown = snapshot(model, performance.now());
     place(shown);
     const goal = drag.dragged ?? keyDragged() ?? ordered;
     const words = drag.active ? "release to order, Esc cancels" : byKeys ? keyWords(byKeys) : ordered ? "asked for" : "";
@@ -122,7 +129,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     if (wait > 0) {
       telling ??= setTimeout(() => {
         telling = undefined;
-        tell(snapshot(model, Date.now()));
+        tell(snapshot(model, performance.now()));
       }, wait);
       return;
     }
@@ -141,7 +148,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     following = on;
     ui.follow.setAttribute("aria-pressed", String(on));
     if (on) {
-      const { pose } = snapshot(model, Date.now());
+      const { pose } = snapshot(model, performance.now());
       if (pose) view = { ...view, x: pose.x, y: pose.y };
     }
     invalidate();
@@ -161,11 +168,11 @@ export function mount(element: HTMLElement, first: Model): Shown {
     for (const { line } of [ways.estimated, ways.truly]) {
       for (let index = 0; index < line.x.length; index += 1) extent.add(line.x[index] as number, line.y[index] as number);
     }
-    const { pose, truth } = snapshot(model, Date.now());
+    const { pose, truth } = snapshot(model, performance.now());
     for (const at of [pose, truth]) if (at) extent.add(at.x, at.y, 0.5);
     for (const { x, y } of model.path.postures) extent.add(x, y, 0.3);
     for (const { pose: at, radius, bound } of model.map?.places ?? []) if (at) extent.add(at.x, at.y, Math.max(radius, bound));
-    if (extent.bounds) view = fit(view, extent.bounds, 46, CLOSEST_FIT);
+    if (extent.bounds) view = fit(view, extent.bounds, FIT_MARGIN, CLOSEST_FIT);
     scaled = true;
     if (following) setFollowing(false);
     invalidate();
@@ -212,8 +219,8 @@ export function mount(element: HTMLElement, first: Model): Shown {
     begun();
     invalidate();
   };
-  const keyDragged = (): Dragged | undefined =>
-    byKeys && { goal: { x: byKeys.x, y: byKeys.y, theta: byKeys.theta ?? undefined }, append: false };
+  const keyDragged = (append = adds): Dragged | undefined =>
+    byKeys && { goal: { x: byKeys.x, y: byKeys.y, theta: byKeys.theta ?? undefined }, append };
   const keyForGoal = (goal: KeyGoal, key: string, fine: boolean) => {
     doubt();
     if (!byKeys) return true;
@@ -221,7 +228,7 @@ export function mount(element: HTMLElement, first: Model): Shown {
     if (next === undefined) return false;
     if (next === "leave") giveUp("Esc");
     else if (next === "send") {
-      const given = keyDragged();
+      const given = keyDragged(adds || fine);
       byKeys = undefined;
       if (given) void order(given);
     } else {
@@ -251,10 +258,10 @@ export function mount(element: HTMLElement, first: Model): Shown {
       byKeys = undefined;
       begun();
       invalidate();
-      return drag.press(pointer, px, py, toWorld(view, px, py), append);
+      return drag.press(pointer, px, py, toWorld(view, px, py), adds || append);
     },
     move: (pointer, px, py, append) => {
-      drag.move(pointer, px, py, append);
+      drag.move(pointer, px, py, adds || append);
       invalidate();
     },
     release: (pointer) => {
@@ -280,8 +287,8 @@ export function mount(element: HTMLElement, first: Model): Shown {
     const refused = whyNoGoal(model);
     if (refused !== undefined) giveUp("this page no longer drives");
     else if (model.alarm) giveUp("alarm");
-    else if (model.status && (model.status.fault !== "none" || !model.status.enabled))
-      giveUp(model.status.enabled ? `fault ${model.status.fault}` : "motors disabled");
+    else if (model.status && (model.status.fault !== "none" || model.status.enabled === false))
+      giveUp(model.status.enabled === false ? "motors disabled" : `fault ${model.status.fault}`);
     else if (interrupts(since(model.spoken, heardAtPress))) giveUp("Stop, or an event of the base");
   };
   const setModel = (next: Model) => {
@@ -320,7 +327,9 @@ export function mount(element: HTMLElement, first: Model): Shown {
 }
 
 function keyWords({ theta }: KeyGoal): string {
-  return theta === undefined ? "arrows move, Enter fixes, Esc leaves" : "left and right turn, Enter sends, Esc leaves";
+  return theta === undefined
+    ? "arrows move, Enter fixes, Esc leaves"
+    : "left and right turn, Enter sends, Shift + Enter adds to the path, Esc leaves";
 }
 
 /** What was said after an entry; all that is kept, if that was forgotten meanwhile. */
