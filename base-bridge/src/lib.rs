@@ -13,6 +13,8 @@ pub mod commands;
 pub mod convert;
 pub mod frames;
 pub mod line;
+pub mod log;
+pub mod names;
 pub mod network;
 pub mod params;
 pub mod robot;

@@ -5,6 +5,7 @@ mod print;
 
 use anyhow::{Result, ensure};
 use base_bridge::app::App;
+use base_bridge::log::Log;
 use base_bridge::network::Network;
 use clap::Parser;
 use options::Options;
@@ -26,7 +27,17 @@ fn main() -> Result<()> {
     if options.print {
         networks.push(Box::new(Print));
     }
-    ensure!(!networks.is_empty(), "nobody to publish to: --print");
+    if let Some(file) = &options.mcap {
+        networks.push(Box::new(Log::create(
+            file,
+            app.params(),
+            options.namespace(),
+        )?));
+    }
+    ensure!(
+        !networks.is_empty(),
+        "nobody to publish to: --print or --mcap"
+    );
     app.run(door, networks, |words| {
         // Somebody may have closed it; the base is driven on.
         let _ = writeln!(std::io::stderr(), "{words}");

@@ -37,6 +37,9 @@ pub struct Options {
     /// A parameter, behind all files; may be repeated
     #[arg(short, long = "param", value_name = "NAME:=VALUE")]
     param: Vec<String>,
+    /// Writes what is published to a file that Foxglove and `ros2 bag` open
+    #[arg(long, value_name = "FILE")]
+    pub mcap: Option<PathBuf>,
     /// Prints what is published
     #[arg(long)]
     pub print: bool,
@@ -46,6 +49,11 @@ pub struct Options {
 }
 
 impl Options {
+    /// Its namespace.
+    pub fn namespace(&self) -> &str {
+        &self.namespace
+    }
+
     /// The node's full name, as /robot1/base.
     pub fn node(&self) -> String {
         match self.namespace.trim_matches('/') {

@@ -45,8 +45,10 @@ pub fn schema<M: RosMessage>() -> String {
         let definition = PARTS
             .iter()
             .find(|(name, _)| name.replace("/msg/", "/") == short)
-            .map(|(_, definition)| *definition)
-            .unwrap_or_else(|| panic!("{short} is no part of any message here"));
+            .map_or_else(
+                || panic!("{short} is no part of any message here"),
+                |(_, definition)| *definition,
+            );
         text.push_str(&"=".repeat(80));
         text.push_str("\nMSG: ");
         text.push_str(&short);
