@@ -11,6 +11,8 @@ pub mod client;
 pub mod clock;
 pub mod commands;
 pub mod convert;
+#[cfg(feature = "dds")]
+pub mod dds;
 pub mod frames;
 pub mod line;
 pub mod log;

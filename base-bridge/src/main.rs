@@ -34,13 +34,45 @@ fn main() -> Result<()> {
             options.namespace(),
         )?));
     }
+    if let Some(network) = join(&options, &app)? {
+        networks.push(network);
+    }
     ensure!(
         !networks.is_empty(),
-        "nobody to publish to: --print or --mcap"
+        "nobody to publish to: --print or --mcap, or a build with the feature `dds` (cargo bridge)"
     );
     app.run(door, networks, |words| {
         // Somebody may have closed it; the base is driven on.
         let _ = writeln!(std::io::stderr(), "{words}");
     });
     Ok(())
+}
+
+/// The node on the network, unless that is not wished.
+#[cfg(feature = "dds")]
+fn join(options: &Options, app: &App) -> Result<Option<Box<dyn Network>>> {
+    use base_bridge::dds::{Dds, environment::Environment};
+    if options.offline {
+        return Ok(None);
+    }
+    let mut environment = Environment::of_process()?;
+    environment.localhost_only |= options.localhost_only;
+    let dds = Dds::join(
+        options.namespace(),
+        options.name(),
+        app.params(),
+        &environment,
+        &app.inbox(),
+    )?;
+    Ok(Some(Box::new(dds)))
+}
+
+/// This build has no network.
+#[cfg(not(feature = "dds"))]
+#[allow(
+    clippy::unnecessary_wraps,
+    reason = "with the network, there is something to go wrong"
+)]
+fn join(_: &Options, _: &App) -> Result<Option<Box<dyn Network>>> {
+    Ok(None)
 }

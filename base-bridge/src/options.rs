@@ -11,6 +11,10 @@ use std::path::PathBuf;
 
 /// Joins a base, real or simulated, to a ROS 2 network. One process a base.
 #[derive(Debug, Parser)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "each is an option of its own"
+)]
 #[command(group(ArgGroup::new("base").args(["port", "tcp", "sim"])))]
 pub struct Options {
     /// The base's serial port, as /dev/ttyACM0 or a link in /dev/serial/by-id
@@ -37,6 +41,14 @@ pub struct Options {
     /// A parameter, behind all files; may be repeated
     #[arg(short, long = "param", value_name = "NAME:=VALUE")]
     param: Vec<String>,
+    /// Nothing leaves this computer, as with ROS_LOCALHOST_ONLY=1
+    #[cfg(feature = "dds")]
+    #[arg(long)]
+    pub localhost_only: bool,
+    /// Joins no network: for --print and --mcap alone
+    #[cfg(feature = "dds")]
+    #[arg(long)]
+    pub offline: bool,
     /// Writes what is published to a file that Foxglove and `ros2 bag` open
     #[arg(long, value_name = "FILE")]
     pub mcap: Option<PathBuf>,
@@ -49,6 +61,12 @@ pub struct Options {
 }
 
 impl Options {
+    /// The node's own name.
+    #[cfg(feature = "dds")]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Its namespace.
     pub fn namespace(&self) -> &str {
         &self.namespace

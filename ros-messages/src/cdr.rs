@@ -47,7 +47,8 @@ pub fn to_cdr<M: RosMessage>(message: &M) -> Vec<u8> {
 /// The message that the bytes, in either order and with their header, are.
 ///
 /// # Errors
-/// If they are none; whatever they are, this ends, and takes no more memory than some times their length.
+/// If they are none. Whatever they are, this ends, and takes no more memory than some times their length, and a MiB for each sequence that lies within
+/// another.
 pub fn from_cdr<M: RosMessage>(bytes: &[u8]) -> Result<M, CdrError> {
     let (header, body) = bytes
         .split_first_chunk::<4>()

@@ -1,7 +1,9 @@
 //! Logs of messages: MCAP files with the profile `ros2`, which Foxglove and `ros2 bag` open.
 //!
-//! A log is written in chunks, each of which ends after [`CHUNK`] bytes or with [`McapLog::flush`]. What a process that is killed has flushed before is in the
-//! file, whose index is missing then: `mcap recover` makes it anew.
+//! A log is written in chunks, each of which ends after [`CHUNK`] bytes or with [`McapLog::flush`]: what is not in a chunk that has ended is lost when the
+//! process is killed, so a writer flushes about once a second. The file of a killed process has no index and no end. Foxglove and `mcap` read it up to where
+//! it breaks off; for `ros2 bag`, `mcap recover BROKEN.mcap -o WHOLE.mcap` makes a whole one. A power failure takes what the operating system has not yet
+//! written, too: who minds calls `File::sync_data` after a flush.
 
 use crate::{RosMessage, schema, to_cdr};
 use mcap::records::MessageHeader;
@@ -46,10 +48,13 @@ impl<W: Write + Seek> McapLog<W> {
         })
     }
 
-    /// Writes a message of a topic down. `stamp`: when it was published, ns since 1970.
+    /// Writes a message of a topic down. `stamp`: when it was published, ns since 1970; it is the log's time, too.
     ///
     /// # Errors
     /// If it cannot be written, or the topic has had messages of another type.
+    ///
+    /// # Panics
+    /// After [`Self::finish`].
     pub fn write<M: RosMessage>(
         &mut self,
         topic: &str,
@@ -63,6 +68,9 @@ impl<W: Write + Seek> McapLog<W> {
     ///
     /// # Errors
     /// As of [`Self::write`].
+    ///
+    /// # Panics
+    /// As there.
     pub fn write_kept<M: RosMessage>(
         &mut self,
         topic: &str,
@@ -120,11 +128,14 @@ impl<W: Write + Seek> McapLog<W> {
     ///
     /// # Errors
     /// If it cannot be written.
+    ///
+    /// # Panics
+    /// After [`Self::finish`].
     pub fn flush(&mut self) -> Result<(), McapError> {
         self.writer.flush()
     }
 
-    /// Ends the log.
+    /// Ends the log: nothing can be written after that. A log that is dropped ends, too, but nobody hears of an error.
     ///
     /// # Errors
     /// If its end cannot be written.

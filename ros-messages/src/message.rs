@@ -26,6 +26,9 @@ macro_rules! message {
             $($(#[$field_meta])* pub $field: $kind,)*
         }
 
+        #[cfg(feature = "dds")]
+        impl ros2_client::Message for $name {}
+
         impl $crate::RosMessage for $name {
             const NAME: &'static str = $full;
             const DEFINITION: &'static str =

@@ -7,13 +7,8 @@ use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use ros_messages::diagnostic_msgs::DiagnosticArray;
-use ros_messages::geometry_msgs::{
-    PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped, Vector3,
-};
-use ros_messages::nav_msgs::Odometry;
-use ros_messages::sensor_msgs::{BatteryState, JointState};
+use ros_messages::geometry_msgs::{Twist, Vector3};
 use ros_messages::services::{SetBoolRequest, SetBoolResponse, TriggerRequest, TriggerResponse};
-use ros_messages::tf2_msgs::TFMessage;
 use ros_messages::{CdrError, RosMessage, from_cdr, to_cdr};
 
 /// A message comes back as it was, bit by bit: NaN is not equal to itself, so it is its bytes that are compared.
@@ -87,12 +82,10 @@ proptest! {
         if announced && bytes.len() >= 4 {
             bytes[..4].copy_from_slice(&[0, 1, 0, 0]);
         }
-        let _ = from_cdr::<Odometry>(&bytes);
-        let _ = from_cdr::<TFMessage>(&bytes);
-        let _ = from_cdr::<JointState>(&bytes);
-        let _ = from_cdr::<BatteryState>(&bytes);
-        let _ = from_cdr::<DiagnosticArray>(&bytes);
-        let _ = from_cdr::<PoseStamped>(&bytes);
+        macro_rules! read {
+            ($($kind:ty),*) => { $(let _ = from_cdr::<$kind>(&bytes);)* };
+        }
+        for_each_message!(read);
     }
 
     /// One that is damaged, too.
@@ -104,14 +97,4 @@ proptest! {
         bytes[place] = to;
         let _ = from_cdr::<DiagnosticArray>(&bytes);
     }
-}
-
-#[test]
-fn a_sequence_of_four_thousand_million_elements_takes_no_memory() {
-    // A header with an empty frame, and the length of a sequence that does not follow.
-    let mut bytes = vec![0, 1, 0, 0];
-    bytes.extend([0; 8]);
-    bytes.extend([1, 0, 0, 0, 0, 0, 0, 0]);
-    bytes.extend([0xff; 4]);
-    assert!(from_cdr::<JointState>(&bytes).is_err());
 }

@@ -10,7 +10,8 @@ use ros_messages::log::McapLog;
 use ros_messages::nav_msgs::Odometry;
 use ros_messages::tf2_msgs::TFMessage;
 use ros_messages::{RosMessage, schema, to_cdr};
-use std::io::Cursor;
+use std::fs::File;
+use std::io::{BufWriter, Cursor};
 
 #[test]
 fn what_is_written_is_read() {
@@ -57,21 +58,37 @@ fn what_is_written_is_read() {
     assert_eq!(summary.stats.unwrap().message_count, 3001);
 }
 
-#[test]
-fn what_was_flushed_is_there_after_a_crash() {
-    let mut file = Cursor::new(Vec::new());
-    let mut log = McapLog::new(&mut file, "test").unwrap();
-    for at in 0..100 {
-        log.write("/cmd_vel", at, &Twist::default()).unwrap();
-    }
-    log.flush().unwrap();
-    // The process is killed: nothing is finished.
-    std::mem::forget(log);
-    let bytes = file.into_inner();
+/// How many messages can be read of a file without an end, before where it breaks off.
+fn readable(bytes: &[u8]) -> usize {
     let options = mcap::read::Options::IgnoreEndMagic;
-    let there = mcap::MessageStream::new_with_options(&bytes, options.into())
+    mcap::MessageStream::new_with_options(bytes, options.into())
         .unwrap()
-        .filter(Result::is_ok)
-        .count();
-    assert_eq!(there, 100);
+        .take_while(Result::is_ok)
+        .count()
+}
+
+#[test]
+fn what_was_flushed_is_there_whenever_the_process_is_killed() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut log = McapLog::new(BufWriter::new(File::create(&path).unwrap()), "test").unwrap();
+    let mut flushed = 0;
+    // Now and then some ten chunks pass without a flush: they end by themselves.
+    for at in 0..4000 {
+        let odometry = Odometry::sample(&mut rng);
+        log.write("/odom", at, &odometry).unwrap();
+        if at % 997 == 0 {
+            log.flush().unwrap();
+            flushed = at as usize + 1;
+        }
+        if at % 50 == 0 {
+            // What the operating system has of the file is what a killed process leaves.
+            let there = readable(&std::fs::read(&path).unwrap());
+            assert!(
+                (flushed..=at as usize + 1).contains(&there),
+                "{there} of {flushed}"
+            );
+        }
+    }
 }

@@ -44,7 +44,7 @@ pub const PYTHON: Need = Need {
             PROBE,
         )
     },
-    without: "the external-client test is left out",
+    without: "the tests against serial and ROS 2 software that is not the project's are left out",
     get: "apt install python3-venv, or https://www.python.org",
 };
 

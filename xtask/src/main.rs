@@ -9,9 +9,11 @@ mod mutants;
 mod page;
 mod pyserial;
 mod readme;
+mod ros;
 mod run;
 mod soak;
 mod steps;
+mod venv;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

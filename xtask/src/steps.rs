@@ -12,7 +12,7 @@ use crate::machine::{
     BASH, BROWSER, CXX, FIRMWARE_TARGET, LOGS, Machine, NEEDS, NEXTEST, NODE, Need, PYTHON,
 };
 use crate::run::{Outcome, Session};
-use crate::{fuzz, page, pyserial, readme, soak};
+use crate::{fuzz, page, pyserial, readme, ros, soak};
 
 /// In this order: a later step finds the environment that an earlier one has set.
 const STEPS: &[Step] = &[
@@ -38,9 +38,10 @@ const STEPS: &[Step] = &[
     )
     .needs(&CXX),
     call("external serial client", |session, _| {
-        pyserial::prepare(session)
+        pyserial::VENV.prepare(session)
     })
     .needs(&PYTHON),
+    call("readers of ROS 2", |session, _| ros::VENV.prepare(session)).needs(&PYTHON),
     call("tests", |session, machine| {
         tests(session, machine, "--workspace")
     }),

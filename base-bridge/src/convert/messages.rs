@@ -121,6 +121,17 @@ fn transforms(params: &Params, motion: &Motion) -> TFMessage {
     }
 }
 
+/// The frame that is where the base's is, if one is wished.
+pub fn footprint(params: &Params) -> Option<TFMessage> {
+    (!params.frame_footprint.is_empty()).then(|| TFMessage {
+        transforms: vec![TransformStamped {
+            header: header(0, &params.frame_base),
+            child_frame_id: params.frame_footprint.clone(),
+            transform: Transform::default(),
+        }],
+    })
+}
+
 fn battery(params: &Params, stamp: i64, volts: Option<f64>) -> BatteryState {
     let unknown = f32::NAN;
     BatteryState {

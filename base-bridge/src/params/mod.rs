@@ -14,6 +14,15 @@ pub struct Qos {
     pub depth: i32,
 }
 
+/// How the request of a service and its answer find each other: the engines of ROS 2 do it in two ways.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ServiceMapping {
+    /// By the sample's related identity, as Fast DDS.
+    Enhanced,
+    /// By a header in the sample, as Cyclone DDS.
+    Cyclone,
+}
+
 /// A type that a parameter can have.
 trait Parameter: Sized {
     fn take(value: &Value) -> Result<Self>;
@@ -136,6 +145,16 @@ fn is_frame(name: &String) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_ascii_graphic()) && !name.starts_with('/')
 }
 
+#[allow(clippy::ptr_arg, reason = "a check takes what its parameter is")]
+fn is_frame_or_none(name: &String) -> bool {
+    name.is_empty() || is_frame(name)
+}
+
+#[allow(clippy::ptr_arg, reason = "a check takes what its parameter is")]
+fn is_mapping(name: &String) -> bool {
+    ["enhanced", "cyclone"].contains(&name.as_str())
+}
+
 #[allow(
     clippy::trivially_copy_pass_by_ref,
     reason = "a check takes what its parameter is"
@@ -164,6 +183,7 @@ parameters! {
     "frames." {
         frame_map "map": String = "map", is_frame, "the frame that the base's estimate, fixes and goals are in";
         frame_odom "odom": String = "odom", is_frame, "the frame that is continuous";
+        frame_footprint "footprint": String = "", is_frame_or_none, "a frame where the base's is, as base_footprint: on tf_static; empty: none";
         frame_base "base": String = "base_link", is_frame, "the frame of the base, at the point that its heading is of";
     }
     "tf." {
@@ -180,6 +200,7 @@ parameters! {
     "topics." {
         topic_odom "odom": String = "odom", is_topic, "nav_msgs/Odometry";
         topic_tf "tf": String = "/tf", is_topic, "tf2_msgs/TFMessage";
+        topic_tf_static "tf_static": String = "/tf_static", is_topic, "tf2_msgs/TFMessage, kept for who comes later";
         topic_battery "battery_state": String = "battery_state", is_topic, "sensor_msgs/BatteryState";
         topic_diagnostics "diagnostics": String = "/diagnostics", is_topic, "diagnostic_msgs/DiagnosticArray";
         topic_joints "joint_states": String = "joint_states", is_topic, "sensor_msgs/JointState";
@@ -193,6 +214,7 @@ parameters! {
         service_clear "clear_fault": String = "clear_fault", is_topic, "std_srvs/Trigger";
         service_enable "enable": String = "enable", is_topic, "std_srvs/SetBool: motor power";
         service_set_pose "set_pose": String = "set_pose", is_topic, "robot_localization/SetPose";
+        mapping "mapping": String = "enhanced", is_mapping, "how a request finds its answer: enhanced, as Fast DDS has it (what ROS 2 brings), or cyclone";
     }
     "joints." {
         joint_left "left": String = "left_wheel_joint", is_frame, "of a differential drive or a car";
@@ -263,6 +285,15 @@ impl Params {
     /// Of battery_state, diagnostics and joint_states.
     pub fn state_qos(&self) -> Qos {
         qos(self.state_reliable, self.state_depth)
+    }
+
+    /// Of the services.
+    pub fn service_mapping(&self) -> ServiceMapping {
+        if self.mapping == "cyclone" {
+            ServiceMapping::Cyclone
+        } else {
+            ServiceMapping::Enhanced
+        }
     }
 
     /// Of all that comes in.

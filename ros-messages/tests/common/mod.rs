@@ -10,7 +10,10 @@ use ros_messages::geometry_msgs::{
 };
 use ros_messages::nav_msgs::Odometry;
 use ros_messages::sensor_msgs::{BatteryState, JointState};
-use ros_messages::services::{SetBoolResponse, TriggerResponse};
+use ros_messages::services::{
+    SetBoolRequest, SetBoolResponse, SetPoseRequest, SetPoseResponse, TriggerRequest,
+    TriggerResponse,
+};
 use ros_messages::std_msgs::{Header, Time};
 use ros_messages::tf2_msgs::TFMessage;
 
@@ -127,23 +130,56 @@ sample! {
     DiagnosticStatus { level, name, message, hardware_id, values }
     DiagnosticArray { header, status }
     TriggerResponse { success, message }
+    SetBoolRequest { data }
     SetBoolResponse { success, message }
+    SetPoseRequest { pose }
 }
 
-/// Does something with each type of message that is published, or taken, as a topic.
+/// Those without a field: their byte is always zero.
+macro_rules! empty {
+    ($($name:ident),*) => {
+        $(impl Sample for $name {
+            fn sample(_: &mut ChaCha8Rng) -> Self {
+                Self::default()
+            }
+        })*
+    };
+}
+
+empty!(TriggerRequest, SetPoseResponse);
+
+/// Does something with each type of message.
 #[macro_export]
 macro_rules! for_each_message {
     ($do:ident) => {
         $do!(
-            PoseStamped,
-            PoseWithCovarianceStamped,
-            Twist,
-            TwistStamped,
-            Odometry,
-            TFMessage,
-            BatteryState,
-            JointState,
-            DiagnosticArray
+            ros_messages::std_msgs::Time,
+            ros_messages::std_msgs::Header,
+            ros_messages::geometry_msgs::Point,
+            ros_messages::geometry_msgs::Vector3,
+            ros_messages::geometry_msgs::Quaternion,
+            ros_messages::geometry_msgs::Pose,
+            ros_messages::geometry_msgs::PoseStamped,
+            ros_messages::geometry_msgs::PoseWithCovariance,
+            ros_messages::geometry_msgs::PoseWithCovarianceStamped,
+            ros_messages::geometry_msgs::Twist,
+            ros_messages::geometry_msgs::TwistStamped,
+            ros_messages::geometry_msgs::TwistWithCovariance,
+            ros_messages::geometry_msgs::Transform,
+            ros_messages::geometry_msgs::TransformStamped,
+            ros_messages::nav_msgs::Odometry,
+            ros_messages::tf2_msgs::TFMessage,
+            ros_messages::sensor_msgs::BatteryState,
+            ros_messages::sensor_msgs::JointState,
+            ros_messages::diagnostic_msgs::KeyValue,
+            ros_messages::diagnostic_msgs::DiagnosticStatus,
+            ros_messages::diagnostic_msgs::DiagnosticArray,
+            ros_messages::services::TriggerRequest,
+            ros_messages::services::TriggerResponse,
+            ros_messages::services::SetBoolRequest,
+            ros_messages::services::SetBoolResponse,
+            ros_messages::services::SetPoseRequest,
+            ros_messages::services::SetPoseResponse
         )
     };
 }
