@@ -31,7 +31,6 @@ use page::Page;
 use std::io::Write;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
-use std::time::{Duration, Instant};
 use world::World;
 
 /// Lines that wait for the base, at most. A driver that sends more is closed.
@@ -43,8 +42,6 @@ const MAX_ON_THE_WAY: usize = 512;
 
 /// Simulated seconds in a second, at most: a base tells fifty lines of telemetry in each.
 const MAX_SPEED: f64 = 100.0;
-/// At the end, clients have so long to hear of it.
-const LEAVE_TAKING: Duration = Duration::from_millis(500);
 
 /// What is served.
 pub struct Served<'a> {
@@ -109,9 +106,6 @@ pub fn open(address: &Address, allow_remote: bool, served: &Served<'_>) -> Resul
         .spawn(move || runtime.block_on(listen::serve(listener, router)))
         .context("the page's server")?;
 
-    let closing = Closing {
-        hub: Arc::clone(&hub),
-    };
     let passing = Arc::clone(&hub);
     let mut world = World::new(Arc::clone(&hub), requests, served.robot, speed);
     let mut lines = Lines::default();
@@ -129,24 +123,6 @@ pub fn open(address: &Address, allow_remote: bool, served: &Served<'_>) -> Resul
         }),
         impatient: false,
         max_on_the_way: MAX_ON_THE_WAY,
-        beside: Some(Box::new(move |base| {
-            let _ = &closing;
-            world.attend(base)
-        })),
+        beside: Some(Box::new(move |base| world.attend(base))),
     })
-}
-
-/// Tells the clients when the simulation ends.
-struct Closing {
-    hub: Arc<Hub>,
-}
-
-impl Drop for Closing {
-    fn drop(&mut self) {
-        self.hub.close();
-        let end = Instant::now() + LEAVE_TAKING;
-        while self.hub.is_visited() && Instant::now() < end {
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    }
 }

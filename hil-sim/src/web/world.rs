@@ -17,6 +17,8 @@ use vehicle_controller::vehicle::Kind;
 /// Clients are told of it this often.
 const PERIOD: Duration = Duration::from_millis(40);
 
+/// At the end, clients have so long to hear of it.
+const LEAVE_TAKING: Duration = Duration::from_millis(500);
 /// Requests that are fulfilled between two looks at the base: it is not to wait for a client that asks without end.
 const MAX_AT_ONCE: usize = 4;
 
@@ -155,6 +157,17 @@ impl World {
             "estop": self.estop,
             "pushed": base.now() < self.pushed_until,
         }}))
+    }
+}
+
+impl Drop for World {
+    /// The simulation ends: who looks on is told.
+    fn drop(&mut self) {
+        self.hub.close();
+        let end = Instant::now() + LEAVE_TAKING;
+        while self.hub.is_visited() && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(5));
+        }
     }
 }
 

@@ -141,11 +141,6 @@ export interface Geometry {
   readonly wheelDiameter: number;
 }
 
-/** Seconds since something was heard at an instant of the clock that never leaps (`performance.now()`); undefined if it never was. */
-export function secondsSince(at: number | undefined, now: number = performance.now()): number | undefined {
-  return at === undefined ? undefined : Math.max(0, now - at) / 1000;
-}
-
 /** One line of the conversation, for the console. */
 export interface Spoken {
   /** Milliseconds of the page's clock. */
@@ -290,7 +285,7 @@ export interface Model {
   readonly streaming: boolean;
   /** The pose that was heard last, by telemetry or as `EstPos`. Undefined for a log, and before there is one. */
   readonly pose: Pose | undefined;
-  /** When they were heard last; undefined: never, or a log. */
+  /** When they were heard last, by the clock that never leaps, ms; undefined: never, or a log. */
   readonly heardAt: {
     /** A sample of telemetry. */
     readonly telemetry: number | undefined;

@@ -1,11 +1,9 @@
 /** The top of the page: which base this is, how it is connected, who drives, and what everything else depends on: battery, line, pace. */
-import { type Model, secondsSince } from "../model/model.ts";
+import type { Model } from "../model/model.ts";
 import { button, h, setAttribute, setText, show } from "./dom.ts";
+import { STALE, secondsSince } from "./freshness.ts";
 import { type View, watch } from "./view.ts";
 import { connectionWords, LINE_BYTES_PER_SECOND } from "./words.ts";
-
-/** What is older is shown as stale, s. */
-const STALE_S = 0.5;
 
 export interface HeaderOptions {
   readonly help: () => void;
@@ -55,7 +53,7 @@ export function mount(element: HTMLElement, first: Model, options: HeaderOptions
     }
 
     const silence = secondsSince(model.heardAt.telemetry) ?? 0;
-    const stale = connection.state === "open" && silence > STALE_S;
+    const stale = connection.state === "open" && silence > STALE;
     show(age, stale);
     if (stale) setText(age, `telemetry ${seconds(silence)} old`);
 
@@ -65,7 +63,7 @@ export function mount(element: HTMLElement, first: Model, options: HeaderOptions
     const damaged = statistics.damagedLines > 0 ? `, ${statistics.damagedLines} damaged` : "";
     load.set(connection.state === "open" ? `${Math.round(100 * bytes)} %${damaged}` : undefined, false);
     load.root.title = "What the base sends, as a share of a serial line at 115 200 baud";
-    const frozen = world !== undefined && (secondsSince(world.heardAt) ?? 0) > STALE_S;
+    const frozen = world !== undefined && (secondsSince(world.heardAt) ?? 0) > STALE;
     pace.set(world && paceWords(world.pace, world.speed), frozen);
   };
   const base = watch(model, ["connection", "world", "status"], (next) => {

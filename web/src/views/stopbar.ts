@@ -2,8 +2,9 @@
  * The bar with the Stop button: always there, below everything and above every dialog (which is why no dialog of this page is modal: a modal one makes
  * the rest of the page inert). It belongs to the live base, whatever the rest of the page shows.
  */
-import { type Model, secondsSince } from "../model/model.ts";
+import type { Model } from "../model/model.ts";
 import { button, h, setAttribute, setText, show } from "./dom.ts";
+import { secondsSince } from "./freshness.ts";
 import { driving, order, type Say, type View, watch } from "./view.ts";
 
 export interface StopBar extends View {

@@ -201,3 +201,16 @@ fn what_is_placed_can_be_read() {
     assert!(!flash.place(FLASH_BASE + FLASH_BYTES - 1, b"ab"));
     assert_eq!(flash.content(FLASH_BASE - 1, 1), None);
 }
+
+#[test]
+fn a_power_loss_is_the_end_of_one_that_was_to_come() {
+    let mut flash = Flash::default();
+    flash.cut_after(3);
+    assert_eq!(flash.pass(2), None);
+    assert_eq!(flash.pass(2), Some(1), "it comes in the midst of this");
+    assert_eq!(flash.pass(100), None, "and once");
+    flash.cut_after(3);
+    flash.note_power_loss();
+    assert!(flash.lost_power);
+    assert_eq!(flash.pass(100), None, "power has failed before");
+}

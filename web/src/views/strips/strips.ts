@@ -1,6 +1,7 @@
 /** The strips: what the base does over time, in a column of charts with one time axis. */
-import { type Channel, type Model, STATES, secondsSince, type Topic } from "../../model/model.ts";
+import { type Channel, type Model, STATES, type Topic } from "../../model/model.ts";
 import { button, h, setText, show } from "../dom.ts";
+import { STALE, secondsSince } from "../freshness.ts";
 import { readPalette, watchPalette } from "../theme.ts";
 import { driving, reason, refusal, type View } from "../view.ts";
 import { Runs } from "./bands.ts";
@@ -16,7 +17,6 @@ import { AXIS_HEIGHT, makeTimeAxis } from "./timeaxis.ts";
 const TOPICS: readonly Topic[] = ["history", "cursor", "connection", "status"];
 /** At most 25 times a second, and not more often than something moves by half a pixel. */
 const LEAST_INTERVAL_MS = 40;
-const STALE_S = 0.5;
 /** Drawn in one frame; a software renderer takes 1 to 2 ms for each. */
 const STRIPS_A_FRAME = 3;
 const HEAD = 24;
@@ -209,7 +209,7 @@ export function mount(element: HTMLElement, first: Model): View {
     const hovered = hoverPx === undefined ? undefined : from + (hoverPx / plotWidth()) * (to - from);
     const t = hovered ?? cursor;
     const index = t === undefined ? history.length - 1 : history.indexAt(t);
-    const known = t === undefined || Math.abs(history.at("t", index) - t) < STALE_S;
+    const known = t === undefined || Math.abs(history.at("t", index) - t) < STALE;
     const value = (channel: Channel) => (known ? history.at(channel, index) : Number.NaN);
     for (const { wish, values } of lineStrips) {
       wish.lines.forEach(({ channel }, each) => {
@@ -225,7 +225,7 @@ export function mount(element: HTMLElement, first: Model): View {
 
   const tellAge = () => {
     const age = secondsSince(model.heardAt.telemetry) ?? 0;
-    const stale = age > STALE_S;
+    const stale = age > STALE;
     root.classList.toggle("stale", stale && model.cursor.t === undefined);
     show(staleness, stale);
     if (stale) setText(staleness, `STALE: telemetry is ${age < 100 ? `${age.toFixed(0)} s` : "long"} old`);

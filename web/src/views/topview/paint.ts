@@ -1,5 +1,6 @@
 /** One frame of the top view: what is drawn, and over what. */
 import type { Model } from "../../model/model.ts";
+import { STALE } from "../freshness.ts";
 import { inkOn } from "../theme.ts";
 import { drawBase, drawDoubt, drawGoal, drawPlan, drawRulers, drawScaleBar, drawSign, type Scene } from "./draw.ts";
 import { drawTail, SOLID, TRUE_DASH } from "./drawtrail.ts";
@@ -7,7 +8,7 @@ import type { Point } from "./geometry.ts";
 import type { Dragged } from "./goal.ts";
 import type { Ground } from "./ground.ts";
 import { silhouette } from "./silhouette.ts";
-import { type Snapshot, STALE } from "./snapshot.ts";
+import type { Snapshot } from "./snapshot.ts";
 import type { Trail } from "./trail.ts";
 
 export interface Ways {

@@ -1,10 +1,9 @@
 /** What is known of the base at the instant that is looked at: now, or the time of the cursor. */
-import { type Covariance, type Estimate, type History, type Model, type Pose, secondsSince } from "../../model/model.ts";
+import type { Covariance, Estimate, History, Model, Pose } from "../../model/model.ts";
+import { STALE, secondsSince } from "../freshness.ts";
 import type { Motion } from "./silhouette.ts";
 import { carry } from "./uncertainty.ts";
 
-/** What is older is not what is, s. */
-export const STALE = 0.5;
 /** A covariance is carried along for so long, s; after that it is drawn where it was told. */
 const CARRIED = 1;
 
@@ -16,8 +15,10 @@ export interface Snapshot {
   /** Index of the sample; −1: none. */
   readonly index: number;
   readonly pose: Pose | undefined;
+  /** The pose is the sample's. */
+  readonly sampled: boolean;
   readonly motion: Motion;
-  /** Seconds since telemetry was heard; 0 for the past, which does not age. */
+  /** Seconds since the pose was heard; 0 for the past, which does not age. */
   readonly age: number;
   readonly doubt: { readonly pose: Pose; readonly covariance: Covariance } | undefined;
   readonly truth: Pose | undefined;
@@ -32,11 +33,14 @@ export function snapshot(model: Model, now: number): Snapshot {
   const past = cursor.t !== undefined;
   const live = model.kind === "live" && !past;
   const index = cursor.t === undefined ? history.length - 1 : history.indexAt(cursor.t);
+  const { heardAt } = model;
+  const isFresh = !live || (secondsSince(heardAt.telemetry, now) ?? 0) <= STALE;
+  const last = sampledPose(history, index);
   // A sample tells the pose, unless the telemetry has stopped or has no pose in it: then the base still answers where it is.
-  const sampled = live && model.pose ? model.pose : sampledPose(history, index);
-  const isFresh = !live || (secondsSince(model.heardAt.telemetry, now) ?? 0) <= STALE;
+  const sampled = last !== undefined && isFresh;
+  const told = sampled || !live ? last : model.pose;
   const newest = cursor.t === undefined ? model.estimates.at(-1) : before(model.estimates, cursor.t);
-  const pose = sampled ?? newest;
+  const pose = told ?? newest;
   const time = history.at("t", index);
   const { world } = model;
   return {
@@ -45,8 +49,9 @@ export function snapshot(model: Model, now: number): Snapshot {
     index,
     pose,
     motion: isFresh ? { speed: history.at("v_s", index), turning: history.at("v_alpha", index) } : STILL_UNKNOWN,
-    age: live ? (secondsSince(model.heardAt.pose, now) ?? 0) : 0,
-    doubt: newest && doubtAt(newest, sampled, time),
+    sampled,
+    age: live ? (secondsSince(sampled ? heardAt.telemetry : heardAt.pose, now) ?? 0) : 0,
+    doubt: newest && doubtAt(newest, told, time),
     truth: live && world ? world.pose : truePose(history, index),
     truthAge: live && world ? (secondsSince(world.heardAt, now) ?? 0) : 0,
   };

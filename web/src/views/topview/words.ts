@@ -1,7 +1,8 @@
 /** The top view in words: for who does not see it, and for who wants the figures. */
 import type { Model } from "../../model/model.ts";
+import { STALE } from "../freshness.ts";
 import { lengthWords, wrapDegrees } from "./geometry.ts";
-import { type Snapshot, STALE, truePose } from "./snapshot.ts";
+import { type Snapshot, truePose } from "./snapshot.ts";
 import { deviations } from "./uncertainty.ts";
 
 const fixed = (value: number, digits: number) => {
@@ -18,7 +19,7 @@ export function statusWords(model: Model, shown: Snapshot): string {
     words.push(`σ ${lengthWords(position)}, ${fixed(heading, 2)}°`);
   }
   // Of the same instant as the estimate, where that is known: at 0.5 m/s 20 ms are a centimetre.
-  const then = truePose(model.history, shown.index) ?? truth;
+  const then = shown.sampled ? (truePose(model.history, shown.index) ?? truth) : undefined;
   if (then && shown.truthAge <= STALE) {
     const off = Math.hypot(then.x - pose.x, then.y - pose.y);
     words.push(`truly ${lengthWords(off)}, ${fixed(Math.abs(wrapDegrees(then.theta - pose.theta)), 2)}° off`);
