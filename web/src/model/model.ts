@@ -3,9 +3,10 @@
  * times seconds of the base's own clock, as in the protocol; NaN stands for what is not known.
  */
 
+import type { Covariance, Pose, Posture } from "../protocol/replies.ts";
 import { type AxisState, STATES } from "../protocol/states.ts";
 
-export { type AxisState, STATES };
+export { type AxisState, type Covariance, type Pose, type Posture, STATES };
 
 /** The columns of the history. States are indices into STATES. */
 export const CHANNELS = [
@@ -45,15 +46,6 @@ export interface History {
   indexAt(t: number): number;
 }
 
-/** The upper triangle of a covariance, by rows: m², m·°, °². */
-export type Covariance = readonly [cxx: number, cxy: number, cxt: number, cyy: number, cyt: number, ctt: number];
-
-export interface Pose {
-  readonly x: number;
-  readonly y: number;
-  readonly theta: number;
-}
-
 /** A pose with its covariance, and when it was told. */
 export interface Estimate extends Pose {
   readonly t: number;
@@ -80,15 +72,6 @@ export interface Parameter {
   readonly unit: string;
   /** What it was when the page first heard of it (since the last save or load). */
   readonly before: number;
-}
-
-/** A posture of the path that is left to drive; theta and speed are undefined where the path leaves them open. */
-export interface Posture {
-  readonly number: number;
-  readonly x: number;
-  readonly y: number;
-  readonly theta: number | undefined;
-  readonly speed: number | undefined;
 }
 
 export interface PlannedPath {

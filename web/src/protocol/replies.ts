@@ -1,6 +1,23 @@
 /** What the base says, read: replies, events and the rows of lists. A line that is not as docs/protocol.md has it is undefined, never a guess. */
-import type { Covariance, Pose, Posture, Status } from "../model/model.ts";
 import { type AxisState, STATES } from "./states.ts";
+
+/** The upper triangle of a covariance, by rows: m², m·°, °². */
+export type Covariance = readonly [cxx: number, cxy: number, cxt: number, cyy: number, cyt: number, ctt: number];
+
+export interface Pose {
+  readonly x: number;
+  readonly y: number;
+  readonly theta: number;
+}
+
+/** A posture of the path that is left to drive; theta and speed are undefined where the path leaves them open. */
+export interface Posture {
+  readonly number: number;
+  readonly x: number;
+  readonly y: number;
+  readonly theta: number | undefined;
+  readonly speed: number | undefined;
+}
 
 export interface EstPos extends Pose {
   readonly covariance: Covariance;
@@ -31,11 +48,13 @@ export function covarianceOf(values: readonly number[]): Covariance | undefined 
   return more === undefined ? [xx, xy, xt, yy, yt, tt] : undefined;
 }
 
-/** What the base itself tells is all known. */
-export interface StatusReply extends Status {
+/** What both axes do, whether the motors are enabled, and what is wrong. */
+export interface StatusReply {
   readonly moveState: AxisState;
   readonly turnState: AxisState;
   readonly enabled: boolean;
+  /** `none`, or the name of the fault that is latched. */
+  readonly fault: string;
 }
 
 /** `Status <move state> <turn state> <flags> <fault>`. */
