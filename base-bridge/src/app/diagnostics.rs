@@ -1,0 +1,155 @@
+//! How base and bridge are.
+
+use super::bridge::{Bridge, Link};
+use crate::network::{Level, Report, Status};
+use crate::time::stamp;
+use std::collections::BTreeMap;
+
+/// A tick that takes more than this share of its period is worth a look.
+const MUCH: f64 = 0.8;
+/// Lines that go wrong in the time between two looks, and are worth one.
+const FEW: u64 = 1;
+
+/// What is counted.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Counters {
+    /// How often the line was opened.
+    pub(super) opened: u64,
+    /// How often it was lost.
+    pub(super) lost: u64,
+    /// Why, the last time; empty while it is there.
+    pub(super) why: String,
+    pub(super) bytes_in: u64,
+    pub(super) bytes_out: u64,
+    /// Lines that are none, or whose check is wrong.
+    pub(super) damaged: u64,
+    /// Replies to nobody.
+    pub(super) strays: u64,
+    /// What the base has refused, by code.
+    pub(super) base_refused: BTreeMap<String, u64>,
+    /// At the last look: when, bytes in and out, and lines gone wrong.
+    last: (f64, u64, u64, u64),
+}
+
+impl Bridge {
+    /// Publishes all of it.
+    pub(super) fn publish_diagnostics(&mut self, now: f64) {
+        let statuses = vec![
+            self.base_status(),
+            self.link_status(now),
+            self.tick_status(),
+            self.clock_status(),
+            self.command_status(),
+        ];
+        self.reports.push(Report::Diagnostics {
+            stamp: stamp(self.epoch.wall_offset(), now),
+            hardware: self.version.clone(),
+            statuses,
+        });
+    }
+
+    fn base_status(&self) -> Status {
+        let known = self.up_since().is_some();
+        let fault = self.told.as_ref().and_then(|told| told.fault.clone());
+        let (level, message) = match (known, &fault) {
+            (false, _) => (Level::Error, "not connected".to_owned()),
+            (true, Some(fault)) => (Level::Error, format!("fault: {fault}")),
+            (true, None) => (Level::Ok, "no fault".to_owned()),
+        };
+        let mut values = vec![("fault", fault.unwrap_or_else(|| "none".to_owned()))];
+        if let Some(status) = &self.status {
+            let names = ["move_state", "turn_state", "motors"];
+            let words = status.split_ascii_whitespace().map(str::to_owned);
+            values.extend(names.into_iter().zip(words));
+        }
+        status("base", level, message, values)
+    }
+
+    fn link_status(&mut self, now: f64) -> Status {
+        let dropped = self.told.as_ref().map_or(0, |told| told.dropped);
+        let unanswered = self.client.unanswered();
+        let counters = &mut self.counters;
+        let wrong = counters.damaged + counters.strays + unanswered;
+        let (at, bytes_in, bytes_out, was_wrong) = counters.last;
+        counters.last = (now, counters.bytes_in, counters.bytes_out, wrong);
+        let seconds = (now - at).max(1e-3);
+        let rate = |bytes: u64| format!("{:.0}", bytes as f64 / seconds);
+        let (level, message) = match self.link {
+            Link::Down => (Level::Error, format!("lost: {}", counters.why)),
+            Link::Greeting(..) => (Level::Warn, "greeting".to_owned()),
+            Link::Up(..) if wrong - was_wrong >= FEW => {
+                (Level::Warn, "lines have gone wrong".to_owned())
+            }
+            Link::Up(..) => (Level::Ok, "connected".to_owned()),
+        };
+        let values = vec![
+            ("port", self.door.clone()),
+            ("bytes_in_per_s", rate(counters.bytes_in - bytes_in)),
+            ("bytes_out_per_s", rate(counters.bytes_out - bytes_out)),
+            ("damaged", counters.damaged.to_string()),
+            ("strays", counters.strays.to_string()),
+            ("unanswered", unanswered.to_string()),
+            ("dropped", dropped.to_string()),
+            ("opened", counters.opened.to_string()),
+            ("lost", counters.lost.to_string()),
+        ];
+        status("link", level, message, values)
+    }
+
+    fn tick_status(&self) -> Status {
+        let load = self.told.as_ref().and_then(|told| told.tick_load);
+        let (level, message) = match load {
+            Some(load) if load > MUCH => (Level::Warn, "little time left in a tick"),
+            Some(_) => (Level::Ok, "in time"),
+            None => (Level::Ok, "not measured"),
+        };
+        let values = load.map(|load| ("tick_load", format!("{load:.3}")));
+        status(
+            "tick",
+            level,
+            message.to_owned(),
+            values.into_iter().collect(),
+        )
+    }
+
+    fn clock_status(&self) -> Status {
+        let mut values = vec![
+            ("drift_ppm", format!("{:.1}", self.clock.drift() * 1e6)),
+            ("restarts", self.clock.resets().to_string()),
+            ("estimate_leaps", self.frames.leaps().to_string()),
+        ];
+        if let Some(offset) = self.clock.offset() {
+            values.push(("offset_s", format!("{offset:.4}")));
+        }
+        status("clock", Level::Ok, "follows".to_owned(), values)
+    }
+
+    fn command_status(&self) -> Status {
+        let mut values = vec![
+            ("cmd_vel_limited", self.velocity.limited().to_string()),
+            ("cmd_vel_timeouts", self.velocity.timeouts().to_string()),
+        ];
+        let of = |text: String| ("refused", text);
+        let refused = self.refused.iter();
+        values.extend(
+            refused.map(|((topic, why), count)| of(format!("{topic} {}: {count}", why.name()))),
+        );
+        let by_base = self.counters.base_refused.iter();
+        values.extend(by_base.map(|(code, count)| of(format!("by the base, {code}: {count}"))));
+        status("commands", Level::Ok, String::new(), values)
+    }
+}
+
+fn status(
+    name: &str,
+    level: Level,
+    message: String,
+    values: Vec<(&'static str, String)>,
+) -> Status {
+    Status {
+        level,
+        name: name.to_owned(),
+        message,
+        values,
+    }
+}

@@ -1,0 +1,120 @@
+//! What the network asks for.
+
+use super::bridge::Bridge;
+use crate::client::Ask;
+use crate::commands::{Refusal, observation, posture};
+use crate::frames::Pose;
+use crate::network::{FramedPose, Received, Reply, Request, UncertainPose};
+use crate::time::from_stamp;
+
+impl Bridge {
+    /// Takes a request. What came in before the base was known, at this line, is refused: nothing of before may move it.
+    pub(super) fn request(&mut self, Received { request, at }: Received) {
+        let ready = !self.leaving && self.up_since().is_some_and(|since| at >= since);
+        let (name, done) = match request {
+            Request::Speeds { .. } if !ready => ("cmd_vel", Err(Refusal::NoBase)),
+            Request::Fix { .. } if !ready => ("pose_fix", Err(Refusal::NoBase)),
+            Request::Goal(_) if !ready => ("goal_pose", Err(Refusal::NoBase)),
+            Request::SetPose(_, None) if !ready => ("initialpose", Err(Refusal::NoBase)),
+            Request::SetPose(_, Some(reply))
+            | Request::Stop(reply)
+            | Request::ClearFault(reply)
+            | Request::Enable(_, reply)
+                if !ready =>
+            {
+                // Without a line nobody can be told to stop. Its deadman does.
+                reply(Err("no base at the line".to_owned()));
+                return;
+            }
+            Request::Speeds {
+                linear,
+                angular,
+                stamp,
+            } => {
+                let age = stamp.map(|stamp| at - from_stamp(self.epoch.wall_offset(), stamp));
+                let taken = self.velocity.receive(linear, angular, age, at);
+                ("cmd_vel", taken)
+            }
+            Request::Fix { observed, stamp } => ("pose_fix", self.fix(&observed, stamp)),
+            Request::Goal(goal) => ("goal_pose", self.goal(&goal)),
+            Request::SetPose(pose, reply) => ("initialpose", self.set_pose(&pose, reply)),
+            Request::Stop(reply) => {
+                self.velocity.forget();
+                let number = self.client.stop();
+                self.replies.insert(number, reply);
+                return;
+            }
+            Request::ClearFault(reply) => {
+                let number = self.client.ask(Ask::ClearFault, "ClearFault");
+                self.replies.insert(number, reply);
+                return;
+            }
+            Request::Enable(enable, reply) => {
+                if !enable {
+                    self.velocity.forget();
+                }
+                let line = if enable { "Enable" } else { "Disable" };
+                let number = self.client.ask(Ask::Enable, line);
+                self.replies.insert(number, reply);
+                return;
+            }
+        };
+        if let Err(refusal) = done {
+            *self.refused.entry((name, refusal)).or_insert(0) += 1;
+        }
+    }
+
+    fn fix(&mut self, observed: &UncertainPose, stamp: i64) -> Result<(), Refusal> {
+        let measured = from_stamp(self.epoch.wall_offset(), stamp);
+        observation::timely(self.epoch.now() - measured)?;
+        let (pose, covariance) = self.in_map(observed)?;
+        let line = observation::observe(&pose, &covariance);
+        self.client.ask_aged(Ask::Observe, line, measured);
+        Ok(())
+    }
+
+    fn set_pose(&mut self, pose: &UncertainPose, reply: Option<Reply>) -> Result<(), Refusal> {
+        match self.in_map(pose) {
+            Ok((pose, covariance)) => {
+                let line = observation::reset(&pose, &covariance);
+                let number = self.client.ask(Ask::Reset, line);
+                if let Some(reply) = reply {
+                    self.replies.insert(number, reply);
+                }
+                Ok(())
+            }
+            Err(refusal) => {
+                if let Some(reply) = reply {
+                    reply(Err(refusal.name().to_owned()));
+                }
+                Err(refusal)
+            }
+        }
+    }
+
+    fn goal(&mut self, goal: &FramedPose) -> Result<(), Refusal> {
+        let (goal, _) = self.pose_in_map(goal)?;
+        // Speeds that somebody said before are over, or they would end the way to the goal.
+        self.velocity.forget();
+        self.client.ask(Ask::GoTo, posture::go_to(&goal));
+        Ok(())
+    }
+
+    /// The pose in the map's frame, and where the frame is that it was in.
+    fn pose_in_map(&self, pose: &FramedPose) -> Result<(Pose, Pose), Refusal> {
+        let known = posture::Known {
+            map: &self.params.frame_map,
+            odom: &self.params.frame_odom,
+            map_to_odom: self.frames.map_to_odom(),
+        };
+        let origin = known.origin(&pose.frame)?;
+        let pose = posture::planar(pose.position, pose.orientation)?;
+        Ok((origin.then(&pose), origin))
+    }
+
+    fn in_map(&self, pose: &UncertainPose) -> Result<(Pose, observation::Covariance), Refusal> {
+        let covariance = observation::planar(&pose.covariance)?;
+        let (pose, origin) = self.pose_in_map(&pose.pose)?;
+        Ok((pose, observation::turned(&covariance, origin.theta)))
+    }
+}

@@ -1,0 +1,78 @@
+//! `base-bridge`: a base on a ROS 2 network.
+
+mod options;
+mod print;
+
+use anyhow::{Result, ensure};
+use base_bridge::app::App;
+use base_bridge::log::Log;
+use base_bridge::network::Network;
+use clap::Parser;
+use options::Options;
+use print::Print;
+use std::io::Write;
+
+fn main() -> Result<()> {
+    let options = Options::parse();
+    let params = options.params()?;
+    if options.list_params {
+        std::io::stdout().write_all(params.file().as_bytes())?;
+        return Ok(());
+    }
+    let door = options.door(&params)?;
+    let app = App::new(params);
+    let quit = app.quit();
+    ctrlc::set_handler(move || quit.quit())?;
+    let mut networks: Vec<Box<dyn Network>> = Vec::new();
+    if options.print {
+        networks.push(Box::new(Print));
+    }
+    if let Some(file) = &options.mcap {
+        networks.push(Box::new(Log::create(
+            file,
+            app.params(),
+            options.namespace(),
+        )?));
+    }
+    if let Some(network) = join(&options, &app)? {
+        networks.push(network);
+    }
+    ensure!(
+        !networks.is_empty(),
+        "nobody to publish to: --print or --mcap, or a build with the feature `dds` (cargo bridge)"
+    );
+    app.run(door, networks, |words| {
+        // Somebody may have closed it; the base is driven on.
+        let _ = writeln!(std::io::stderr(), "{words}");
+    });
+    Ok(())
+}
+
+/// The node on the network, unless that is not wished.
+#[cfg(feature = "dds")]
+fn join(options: &Options, app: &App) -> Result<Option<Box<dyn Network>>> {
+    use base_bridge::dds::{Dds, environment::Environment};
+    if options.offline {
+        return Ok(None);
+    }
+    let mut environment = Environment::of_process()?;
+    environment.localhost_only |= options.localhost_only;
+    let dds = Dds::join(
+        options.namespace(),
+        options.name(),
+        app.params(),
+        &environment,
+        &app.inbox(),
+    )?;
+    Ok(Some(Box::new(dds)))
+}
+
+/// This build has no network.
+#[cfg(not(feature = "dds"))]
+#[allow(
+    clippy::unnecessary_wraps,
+    reason = "with the network, there is something to go wrong"
+)]
+fn join(_: &Options, _: &App) -> Result<Option<Box<dyn Network>>> {
+    Ok(None)
+}

@@ -1,0 +1,95 @@
+//! The cable pulled in motion, and plugged in again: the base stops within its deadman each time, and does not move by itself after.
+
+mod common;
+
+use base_bridge::line::serial::Serial;
+use base_bridge::network::Request;
+use base_bridge::params::Params;
+use common::cable::Usb;
+use common::{Base, Bridge, sleep};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use vehicle_controller::params::Id;
+
+/// Bases that are driven at the same time, and pulls of each: a hundred in all.
+const BASES: u64 = 10;
+const PULLS: u32 = 10;
+/// What such a base coasts to rest in, at `stop_accel` 1 m/s² and with the tyres' slip, from the greatest speed driven here, s.
+const RAMP: f64 = 0.4;
+/// The supervisor looks at each tick; a line under way; the load of this machine, s.
+const SLACK: f64 = 0.1;
+/// At rest: what encoders' steps and gears' play leave, m/s and rad/s.
+const REST: (f64, f64) = (5e-3, 0.03);
+
+/// How far it has gone since a simulated time: m along its way, rad.
+fn moved(base: &Base, since: f64) -> (f64, f64) {
+    let all = base.since(since);
+    let first = all[0].pose;
+    all.iter().fold((0.0, 0.0), |(way, turn), truth| {
+        let [x, y, theta] = truth.pose;
+        let here = (x - first[0]).hypot(y - first[1]);
+        (here.max(way), (theta - first[2]).abs().max(turn))
+    })
+}
+
+/// Pulls the cable of a base so often. Returns what took longest from the pull to rest, s beyond its deadman.
+fn pulls(seed: u64) -> f64 {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    // Half of them reconnect while the base still runs on, the others when it has been stopped by its deadman.
+    let deadman = if seed.is_multiple_of(2) { 1.0 } else { 0.6 };
+    let base = Base::start("default", seed, &[(Id::Deadman, deadman)]);
+    let deadman = f64::from(deadman);
+    let directory = tempfile::tempdir().unwrap();
+    let port = directory.path().join("ttyACM0");
+    let mut usb = Usb::new(&base, &port);
+    usb.plug();
+    let bridge = Bridge::start(Serial::new(port, 115_200), Params::default());
+    bridge.wait_until_up(0);
+    let mut longest: f64 = 0.0;
+    for pull in 0..PULLS {
+        let v = random.random_range(0.15..0.35) * if random.random() { 1.0 } else { -1.0 };
+        let omega = random.random_range(-1.0..1.0);
+        bridge.drive_until(v, omega, || base.speed().0 > 0.9 * v.abs());
+        sleep(random.random_range(0.0..0.05));
+        let pulled = base.now().t;
+        usb.pull();
+        let gone = random.random_range(0.0..0.4);
+        // Somebody goes on to say speeds to a line that is not there.
+        bridge.drive(v, omega, gone);
+        usb.plug();
+        base.wait_until(pulled + deadman + RAMP + SLACK);
+        let (rest, mark) = (base.now().t, bridge.mark());
+        let (speed, turn) = base.speed();
+        let at_rest = speed < REST.0 && turn.abs() < REST.1;
+        assert!(at_rest, "seed {seed} pull {pull}: {speed} {turn}");
+        let stopped = base.since(pulled);
+        let last = stopped[stopped.len() - 1].pose;
+        let still = |t: &&common::Truth| {
+            (t.pose[0] - last[0]).hypot(t.pose[1] - last[1]) > 1e-3
+                || (t.pose[2] - last[2]).abs() > 0.01
+        };
+        let moving = stopped.iter().rfind(still);
+        longest = longest.max(moving.map_or(0.0, |truth| truth.t) - pulled - deadman);
+        bridge.wait_for_motion(mark);
+        sleep(0.3);
+        // The deadman's fault, if it came to that, waits for somebody who knows.
+        bridge.call(Request::ClearFault).unwrap();
+        sleep(0.3);
+        let (way, turn) = moved(&base, rest);
+        assert!(way < 1e-3, "seed {seed} pull {pull}: {way} m by itself");
+        assert!(turn < 0.01, "seed {seed} pull {pull}: {turn} rad by itself");
+    }
+    longest
+}
+
+#[test]
+fn a_hundred_times_in_motion() {
+    let bases: Vec<_> = (0..BASES)
+        .map(|seed| std::thread::spawn(move || pulls(seed)))
+        .collect();
+    let mut longest = Vec::new();
+    for base in bases {
+        longest.push(base.join().unwrap());
+    }
+    println!("at rest, s beyond the deadman, at most: {longest:.3?}");
+}
