@@ -111,14 +111,14 @@ fn what_is_published_is_what_the_base_says_and_when() {
     let c = &last.covariance;
     base.task(|rig| rig.send(b"GetEstPos\n"));
     assert!(c[0] > 1e-9 && c[35] > 1e-9 && c[1] == c[6] && c[5] == c[30] && c[11] == c[31]);
-    let row = row_of(&base);
+    let row = base.covariance();
     for (place, value) in [
-        (0, row[0]),
-        (1, row[1]),
-        (5, row[2]),
-        (7, row[3]),
-        (11, row[4]),
-        (35, row[5]),
+        (0, row[0][0]),
+        (1, row[0][1]),
+        (5, row[0][2]),
+        (7, row[1][1]),
+        (11, row[1][2]),
+        (35, row[2][2]),
     ] {
         // Six significant digits.
         assert!(
@@ -147,18 +147,6 @@ fn what_is_published_is_what_the_base_says_and_when() {
             _ => None,
         });
     assert!((11.0..13.0).contains(&volts.unwrap()));
-}
-
-/// The base's own covariance: xx xy xθ yy yθ θθ, in m and rad.
-fn row_of(base: &Base) -> [f64; 6] {
-    let (sender, receiver) = std::sync::mpsc::channel();
-    base.task(move |rig| {
-        let row = rig.row();
-        sender
-            .send([row.cxx, row.cxy, row.cxt, row.cyy, row.cyt, row.ctt])
-            .unwrap();
-    });
-    receiver.recv().unwrap()
 }
 
 #[test]

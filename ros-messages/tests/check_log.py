@@ -14,8 +14,8 @@ from pathlib import Path
 
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from rosbags.interfaces import QosDurability, QosReliability
 from rosbags.rosbag2 import Reader
-from rosbags.rosbag2.enums import QosDurability, QosReliability
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from values import alike, same
 

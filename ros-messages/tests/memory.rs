@@ -77,7 +77,7 @@ fn what_is_announced_and_does_not_come_takes_no_memory() {
     // What does come, and is as small as it can be (a text of no length is four bytes, and three words in memory), takes some times its length: a vector
     // that grows doubles, and the old one is there until the new one is filled.
     let count = 300_000;
-    let mut long = vec![HEADER.as_slice(), &[count]].concat();
+    let mut long = [HEADER.as_slice(), &[count]].concat();
     long.resize(long.len() + count as usize + 3, 0);
     let bytes = words(&long);
     let (most, good) = read::<JointState>(&bytes);

@@ -97,6 +97,21 @@ impl Base {
         self.tasks.send(Box::new(task)).unwrap();
     }
 
+    /// The covariance of its estimate, by x, y and heading: m, rad.
+    pub fn covariance(&self) -> [[f64; 3]; 3] {
+        let (sender, receiver) = channel();
+        self.task(move |rig| {
+            let row = rig.row();
+            let [x, y, heading] = [
+                [row.cxx, row.cxy, row.cxt],
+                [row.cxy, row.cyy, row.cyt],
+                [row.cxt, row.cyt, row.ctt],
+            ];
+            sender.send([x, y, heading]).unwrap();
+        });
+        receiver.recv().unwrap()
+    }
+
     /// What is true now.
     pub fn now(&self) -> Truth {
         loop {
