@@ -23,16 +23,18 @@ fn main() -> Result<()> {
     let app = App::new(params);
     let quit = app.quit();
     ctrlc::set_handler(move || quit.quit())?;
+    let names = app.params().names(options.namespace(), options.name());
     let mut networks: Vec<Box<dyn Network>> = Vec::new();
     if options.print {
         networks.push(Box::new(Print));
     }
     if let Some(file) = &options.mcap {
-        networks.push(Box::new(Log::create(
-            file,
-            app.params(),
-            options.namespace(),
-        )?));
+        networks.push(Box::new(Log::create(file, names.clone())?));
+    }
+    #[cfg(feature = "foxglove")]
+    if let Some(address) = options.foxglove {
+        let foxglove = base_bridge::foxglove::Foxglove::serve(address, names)?;
+        networks.push(Box::new(foxglove));
     }
     if let Some(network) = join(&options, &app)? {
         networks.push(network);

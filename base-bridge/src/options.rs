@@ -49,6 +49,15 @@ pub struct Options {
     #[cfg(feature = "dds")]
     #[arg(long)]
     pub offline: bool,
+    /// Serves what is published to Foxglove
+    #[cfg(feature = "foxglove")]
+    #[arg(
+        long,
+        value_name = "127.0.0.1:PORT",
+        num_args = 0..=1,
+        default_missing_value = "127.0.0.1:8765"
+    )]
+    pub foxglove: Option<std::net::SocketAddr>,
     /// Writes what is published to a file that Foxglove and `ros2 bag` open
     #[arg(long, value_name = "FILE")]
     pub mcap: Option<PathBuf>,
@@ -62,7 +71,6 @@ pub struct Options {
 
 impl Options {
     /// The node's own name.
-    #[cfg(feature = "dds")]
     pub fn name(&self) -> &str {
         &self.name
     }

@@ -1,6 +1,7 @@
 //! What is published, as lines of text: a look at a base without a network.
 
-use base_bridge::network::{Motion, Network, Report};
+use base_bridge::network::Network;
+use ros_messages::base::{Motion, Report};
 use std::io::Write;
 
 /// Prints reports.

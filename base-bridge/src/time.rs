@@ -24,11 +24,15 @@ impl Epoch {
     /// What the wall clock shows when the bridge's own time is 0, in nanoseconds since 1970. It moves when somebody sets the wall clock, so it is asked
     /// for again and again.
     pub fn wall_offset(&self) -> i64 {
-        let wall = SystemTime::now().duration_since(UNIX_EPOCH);
-        // A wall clock before 1970 is not set; nothing depends on it but what others see.
-        let wall = wall.unwrap_or(Duration::ZERO).as_nanos() as i64;
-        wall - self.start.elapsed().as_nanos() as i64
+        now() - self.start.elapsed().as_nanos() as i64
     }
+}
+
+/// What the wall clock shows, in nanoseconds since 1970.
+pub fn now() -> i64 {
+    let wall = SystemTime::now().duration_since(UNIX_EPOCH);
+    // A wall clock before 1970 is not set; nothing depends on it but what others see.
+    wall.unwrap_or(Duration::ZERO).as_nanos() as i64
 }
 
 /// Nanoseconds since 1970 of an instant in the bridge's own seconds.

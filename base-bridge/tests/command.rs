@@ -123,7 +123,7 @@ fn a_port_that_is_not_there_is_waited_for() {
         .spawn()
         .unwrap();
     let line = wait_for(&mut child, "diagnostics");
-    assert!(line.contains("base: Error not connected"), "{line}");
+    assert!(line.contains("controller: Error not connected"), "{line}");
     let listener = std::net::TcpListener::bind(&address).unwrap();
     let (mut base, _) = listener.accept().unwrap();
     let mut first = [0; 1];

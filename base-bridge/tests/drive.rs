@@ -2,11 +2,12 @@
 
 mod common;
 
-use base_bridge::frames::{Pose, wrapped};
-use base_bridge::network::{Report, Request, UncertainPose};
+use base_bridge::network::{Request, UncertainPose};
 use base_bridge::params::Params;
 use common::cable::Wire;
 use common::{Base, Bridge, diagonal, pose, sleep, status, wait_for_base, wall};
+use ros_messages::base::Report;
+use ros_messages::base::frames::{Pose, wrapped};
 use vehicle_controller::params::Id;
 
 /// At rest: what encoders' steps leave, m/s.

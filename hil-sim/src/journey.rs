@@ -1,6 +1,6 @@
 //! Journeys to look at afterwards: recorded by a real base, or by a simulated one that runs a script.
 
-use crate::run;
+use crate::run::{self, Watcher};
 use crate::trace_file::TraceFile;
 use anyhow::{Result, ensure};
 use hil_sim::replay::{Log, Row};
@@ -25,9 +25,11 @@ pub fn journey(path: &Path, robot: &Robot, seed: u64) -> Result<Log> {
 /// The log of a script's run.
 pub fn simulated(script: &Script, name: &str, robot: &Robot, seed: u64) -> Result<Log> {
     let mut base = Rig::new(robot, seed)?;
-    let trace = TraceFile::create(None, true, PERIOD)?;
+    let mut trace = TraceFile::create(None, true, PERIOD)?;
     let mut said = Vec::new();
-    let trace = run::run(&mut base, script, seed, trace, &mut said)?;
+    let mut watchers: Vec<&mut dyn Watcher> = Vec::new();
+    watchers.extend(trace.as_mut().map(|trace| trace as &mut dyn Watcher));
+    run::run(&mut base, script, seed, &mut watchers, &mut said)?;
     // What is learned of a base that stood, nobody should take for a drive.
     for line in String::from_utf8_lossy(&said).lines() {
         let is_trouble = line.contains("\t! fault") || line.contains("\tERR");

@@ -4,6 +4,7 @@ mod calibrating;
 mod console;
 mod hermosillo;
 mod journey;
+mod message_log;
 mod monte_carlo;
 mod options;
 mod run;
@@ -23,6 +24,8 @@ use hil_sim::rig::Rig;
 use hil_sim::robot::Robot;
 use hil_sim::script::Script;
 use hil_sim::trace;
+use message_log::MessageLog;
+use run::Watcher;
 use std::ffi::OsStr;
 use std::io::Write;
 use std::net::{SocketAddr, ToSocketAddrs};
@@ -126,6 +129,9 @@ struct Run {
     /// Time between two rows of the trace
     #[arg(long, default_value_t = 0.01, value_name = "S")]
     trace_period: f64,
+    /// Write the run as messages of ROS 2, for Foxglove and `ros2 bag`
+    #[arg(long, value_name = "F.mcap")]
+    mcap: Option<PathBuf>,
     /// Draw the run
     #[arg(long, value_name = "F.svg|F.png")]
     plot: Option<PathBuf>,
@@ -291,9 +297,29 @@ fn run_command(run: &Run) -> Result<()> {
     }
     let mut base = run.base.power_up()?;
     let keep = run.plot.is_some();
-    let trace = TraceFile::create(run.base.trace.as_deref(), keep, run.trace_period)?;
+    let mut trace = TraceFile::create(run.base.trace.as_deref(), keep, run.trace_period)?;
+    let mut messages = match &run.mcap {
+        Some(path) => Some(MessageLog::create(path, &Robot::load(&run.base.robot)?)?),
+        None => None,
+    };
+    let mut watchers: Vec<&mut dyn Watcher> = Vec::new();
+    watchers.extend(trace.as_mut().map(|trace| trace as &mut dyn Watcher));
+    watchers.extend(
+        messages
+            .as_mut()
+            .map(|messages| messages as &mut dyn Watcher),
+    );
     let mut out = run::Transcript::new(std::io::BufWriter::new(std::io::stdout().lock()));
-    let trace = run::run(base.as_mut(), &script, run.base.seed, trace, &mut out)?;
+    run::run(
+        base.as_mut(),
+        &script,
+        run.base.seed,
+        &mut watchers,
+        &mut out,
+    )?;
+    if let Some(messages) = messages {
+        messages.finish()?;
+    }
     if let Some(picture) = &run.map {
         let title = title(&run.script, &run.base.robot);
         draw_map(&out.text(), &title, picture)?;
@@ -315,7 +341,13 @@ fn count_command(count: &Count) -> Result<()> {
     let robot = Robot::load(&count.robot)?;
     let mut base = hil_sim::emulator::ImageBase::new(&count.image, &robot, count.seed)?;
     base.count(true)?;
-    run::run(&mut base, &script, count.seed, None, &mut std::io::sink())?;
+    run::run(
+        &mut base,
+        &script,
+        count.seed,
+        &mut [],
+        &mut std::io::sink(),
+    )?;
     write!(std::io::stdout(), "{}", base.counts()?).context("standard output")
 }
 

@@ -1,6 +1,5 @@
 //! `run`: a script against the simulated base, as fast as it goes.
 
-use crate::trace_file::TraceFile;
 use anyhow::{Context, Result};
 use hil_sim::base::Base;
 use hil_sim::map::landmarks::Landmarks;
@@ -14,14 +13,23 @@ const QUIET_TICKS: u64 = 1000;
 /// … or this long after it, if a motion has no end.
 const PATIENCE_TICKS: u64 = 60_000;
 
+/// Somebody who looks at the base after each tick.
+pub trait Watcher {
+    /// Notes what there is to note.
+    ///
+    /// # Errors
+    /// If it cannot be noted.
+    fn note(&mut self, base: &dyn Base) -> Result<()>;
+}
+
 /// Runs the script and writes what the base sends, each line with the time at which its end arrived. The seed is that of how landmarks are sighted.
 pub fn run(
     base: &mut dyn Base,
     script: &Script,
     seed: u64,
-    mut trace: Option<TraceFile>,
+    watchers: &mut [&mut dyn Watcher],
     out: &mut impl Write,
-) -> Result<Option<TraceFile>> {
+) -> Result<()> {
     let mut steps = script.steps.iter().peekable();
     let mut landmarks = Landmarks::new(seed);
     let last = script.steps.last().map_or(0.0, |step| step.time);
@@ -51,8 +59,8 @@ pub fn run(
         }
         base.tick()?;
         tick += 1;
-        if let Some(trace) = &mut trace {
-            trace.note(base)?;
+        for watcher in &mut *watchers {
+            watcher.note(base)?;
         }
         quiet += 1;
         for byte in base.receive() {
@@ -81,8 +89,7 @@ pub fn run(
         }
     }
     progress.finish_and_clear();
-    out.flush().context("standard output")?;
-    Ok(trace)
+    out.flush().context("standard output")
 }
 
 /// Passes on what is written, and keeps it.

@@ -1,5 +1,6 @@
 //! The trace of a run: rows at a fixed period, into a file, into memory for a plot, or both.
 
+use crate::run::Watcher;
 use anyhow::{Context, Result};
 use hil_sim::base::Base;
 use hil_sim::rig::PERIOD;
@@ -41,8 +42,24 @@ impl TraceFile {
         }))
     }
 
-    /// Notes the state after a tick, if it is time to.
-    pub fn note(&mut self, base: &dyn Base) -> Result<()> {
+    /// Writes what is left.
+    pub fn finish(self) -> Result<()> {
+        self.into_rows().map(drop)
+    }
+
+    /// Writes what is left, and gives the rows that were kept.
+    pub fn into_rows(self) -> Result<Vec<Row>> {
+        if let Some(writer) = self.writer {
+            use std::io::Write;
+            writer.finish()?.flush().context("trace")?;
+        }
+        Ok(self.rows.unwrap_or_default())
+    }
+}
+
+impl Watcher for TraceFile {
+    /// A row, if it is time for one.
+    fn note(&mut self, base: &dyn Base) -> Result<()> {
         if self.ticks.is_multiple_of(self.every) {
             let row = base.row()?;
             if let Some(writer) = &mut self.writer {
@@ -57,19 +74,5 @@ impl TraceFile {
         }
         self.ticks += 1;
         Ok(())
-    }
-
-    /// Writes what is left.
-    pub fn finish(self) -> Result<()> {
-        self.into_rows().map(drop)
-    }
-
-    /// Writes what is left, and gives the rows that were kept.
-    pub fn into_rows(self) -> Result<Vec<Row>> {
-        if let Some(writer) = self.writer {
-            use std::io::Write;
-            writer.finish()?.flush().context("trace")?;
-        }
-        Ok(self.rows.unwrap_or_default())
     }
 }

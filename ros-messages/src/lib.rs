@@ -5,6 +5,7 @@
 
 #[macro_use]
 mod message;
+pub mod base;
 mod cdr;
 pub mod diagnostic_msgs;
 pub mod geometry_msgs;

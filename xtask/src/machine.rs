@@ -44,7 +44,7 @@ pub const PYTHON: Need = Need {
             PROBE,
         )
     },
-    without: "the external-client test is left out",
+    without: "clients of the serial line and peers on a ROS 2 network are left out",
     get: "apt install python3-venv, or https://www.python.org",
 };
 

@@ -7,7 +7,7 @@ mod image;
 mod machine;
 mod mutants;
 mod page;
-mod pyserial;
+mod python;
 mod readme;
 mod run;
 mod soak;

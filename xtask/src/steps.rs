@@ -12,7 +12,7 @@ use crate::machine::{
     BASH, BROWSER, CXX, FIRMWARE_TARGET, LOGS, Machine, NEEDS, NEXTEST, NODE, Need, PYTHON,
 };
 use crate::run::{Outcome, Session};
-use crate::{fuzz, page, pyserial, readme, soak};
+use crate::{fuzz, page, python, readme, soak};
 
 /// In this order: a later step finds the environment that an earlier one has set.
 const STEPS: &[Step] = &[
@@ -37,8 +37,16 @@ const STEPS: &[Step] = &[
         "clippy --package fuzz --bins --features engine -- -D warnings",
     )
     .needs(&CXX),
+    cargo(
+        "lints with the network",
+        "clippy --package base-bridge --all-targets --features dds,foxglove -- -D warnings",
+    ),
     call("external serial client", |session, _| {
-        pyserial::prepare(session)
+        python::prepare(session, &python::PYSERIAL)
+    })
+    .needs(&PYTHON),
+    call("external ROS 2 peers", |session, _| {
+        python::prepare(session, &python::ROS)
     })
     .needs(&PYTHON),
     call("tests", |session, machine| {
@@ -50,6 +58,13 @@ const STEPS: &[Step] = &[
             session,
             machine,
             "--package vehicle-controller --no-default-features",
+        )
+    }),
+    call("tests on a network", |session, machine| {
+        tests(
+            session,
+            machine,
+            "--package base-bridge --features dds,foxglove --lib --bins --test dds --test foxglove",
         )
     }),
     call("page: packages", |session, _| page::packages(session)).needs(&NODE),
@@ -121,6 +136,8 @@ const STEPS: &[Step] = &[
 fn tests(session: &mut Session, machine: &Machine, packages: &str) -> Result<Outcome> {
     let runner = if machine.has(&NEXTEST) {
         "nextest run"
+    } else if packages.contains("--test ") {
+        "test"
     } else {
         "test --lib --bins --tests"
     };

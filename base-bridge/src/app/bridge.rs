@@ -6,15 +6,16 @@ use crate::client::{Answer, Ask, Client, Heard, Outcome};
 use crate::clock::Clock;
 use crate::commands::velocity::{Limits, Order};
 use crate::commands::{Refusal, Velocity};
-use crate::convert::covariance::SpeedNoise;
-use crate::frames::Frames;
 use crate::line::keeper::{LineEvent, Wire};
 use crate::line::splitter::{Piece, Splitter};
-use crate::network::{Reply, Report};
+use crate::network::Reply;
 use crate::params::Params;
 use crate::robot::handshake::Progress;
 use crate::robot::{Estimate, Field, Handshake, Knowledge, Telemetry, Vehicle};
 use crate::time::Epoch;
+use ros_messages::base::covariance::SpeedNoise;
+use ros_messages::base::frames::Frames;
+use ros_messages::base::{Names, Report};
 use std::collections::BTreeMap;
 
 /// An open line on which telemetry is silent for this, s, is as good as lost. At slow rates, for four of its periods.
@@ -35,6 +36,8 @@ pub(super) enum Link {
 /// Everything.
 pub(super) struct Bridge {
     pub(super) params: Params,
+    /// Of joints, which a report has by name.
+    pub(super) names: Names,
     pub(super) epoch: Epoch,
     /// What the line is called.
     pub(super) door: String,
@@ -83,6 +86,7 @@ impl Bridge {
             joints_rate: Rate::new(params.rate_joints),
             battery_rate: Rate::new(params.rate_battery),
             diagnostics_rate: Rate::new(params.rate_diagnostics),
+            names: params.names("", ""),
             params,
             epoch,
             door,

@@ -1,8 +1,8 @@
 //! How base and bridge are.
 
 use super::bridge::{Bridge, Link};
-use crate::network::{Level, Report, Status};
 use crate::time::stamp;
+use ros_messages::base::{Level, Report, Status};
 use std::collections::BTreeMap;
 
 /// A tick that takes more than this share of its period is worth a look.
@@ -62,7 +62,7 @@ impl Bridge {
             let words = status.split_ascii_whitespace().map(str::to_owned);
             values.extend(names.into_iter().zip(words));
         }
-        status("base", level, message, values)
+        status("controller", level, message, values)
     }
 
     fn link_status(&mut self, now: f64) -> Status {

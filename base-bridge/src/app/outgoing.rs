@@ -1,13 +1,12 @@
 //! A telemetry row to what is published.
 
 use super::bridge::Bridge;
-use crate::commands::observation::turned;
-use crate::convert::covariance::spatial;
-use crate::convert::joints::joints;
-use crate::frames::{Pose, Reading};
-use crate::network::{Motion, Report};
 use crate::robot::Telemetry;
 use crate::time::stamp;
+use ros_messages::base::covariance::spatial;
+use ros_messages::base::frames::{Pose, Reading};
+use ros_messages::base::joints::joints;
+use ros_messages::base::{Motion, Report};
 
 impl Bridge {
     /// Publishes what a row says. `sent`: when its first byte has left the base at the latest. `corrected`: the estimate may have been corrected since the
@@ -31,16 +30,11 @@ impl Bridge {
         let early = 0.5 / self.params.rate_odom;
         // Where the base is without how surely is nothing that others could use.
         if let Some(estimate) = &self.estimate {
-            let map_to_odom = self.frames.map_to_odom();
-            let covariance = if map_to_odom.theta == 0.0 {
-                estimate.covariance
-            } else {
-                turned(&estimate.covariance, -map_to_odom.theta)
-            };
+            let covariance = self.frames.in_odom(&estimate.covariance);
             self.reports.push(Report::Motion(Motion {
                 stamp,
                 odom: self.frames.odom(),
-                map_to_odom,
+                map_to_odom: self.frames.map_to_odom(),
                 covariance: spatial(&covariance),
                 v: told.v,
                 omega: told.omega,
@@ -48,7 +42,7 @@ impl Bridge {
             }));
         }
         if self.joints_rate.is_due(measured, early) {
-            let joints = joints(&self.params, &self.base, told);
+            let joints = joints(&self.names, &self.base, &told.turned());
             if !joints.is_empty() {
                 self.reports.push(Report::Joints { stamp, joints });
             }

@@ -3,9 +3,10 @@
 use super::bridge::Bridge;
 use crate::client::Ask;
 use crate::commands::{Refusal, observation, posture};
-use crate::frames::Pose;
 use crate::network::{FramedPose, Received, Reply, Request, UncertainPose};
 use crate::time::from_stamp;
+use ros_messages::base::covariance::turned;
+use ros_messages::base::frames::Pose;
 
 impl Bridge {
     /// Takes a request. What came in before the base was known, at this line, is refused: nothing of before may move it.
@@ -103,8 +104,8 @@ impl Bridge {
     /// The pose in the map's frame, and where the frame is that it was in.
     fn pose_in_map(&self, pose: &FramedPose) -> Result<(Pose, Pose), Refusal> {
         let known = posture::Known {
-            map: &self.params.frame_map,
-            odom: &self.params.frame_odom,
+            map: &self.names.map,
+            odom: &self.names.odom,
             map_to_odom: self.frames.map_to_odom(),
         };
         let origin = known.origin(&pose.frame)?;
@@ -115,6 +116,6 @@ impl Bridge {
     fn in_map(&self, pose: &UncertainPose) -> Result<(Pose, observation::Covariance), Refusal> {
         let covariance = observation::planar(&pose.covariance)?;
         let (pose, origin) = self.pose_in_map(&pose.pose)?;
-        Ok((pose, observation::turned(&covariance, origin.theta)))
+        Ok((pose, turned(&covariance, origin.theta)))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Refusal;
 use super::posture::triple;
-use crate::frames::Pose;
+use ros_messages::base::frames::Pose;
 
 /// The base remembers its journey for so long, s: an older fix is of no use to it.
 pub const MAX_AGE: f64 = 1.5;
@@ -49,23 +49,6 @@ fn determinant_of_correlations(c: &Covariance) -> f64 {
     let r = |i: usize, j: usize| c[i][j] / (c[i][i] * c[j][j]).sqrt();
     let (a, b, d) = (r(0, 1), r(0, 2), r(1, 2));
     1.0 + 2.0 * a * b * d - a * a - b * b - d * d
-}
-
-/// The same covariance, of a pose in a frame that is turned by `angle` in the map.
-pub fn turned(c: &Covariance, angle: f64) -> Covariance {
-    let (sin, cos) = angle.sin_cos();
-    let turn = [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]];
-    let mut turned = [[0.0; 3]; 3];
-    for (i, row) in turned.iter_mut().enumerate() {
-        for (j, entry) in row.iter_mut().enumerate() {
-            for k in 0..3 {
-                for l in 0..3 {
-                    *entry += turn[i][k] * c[k][l] * turn[j][l];
-                }
-            }
-        }
-    }
-    turned
 }
 
 /// `ObservePos` without its age, which is known when the line is sent.
@@ -159,17 +142,6 @@ mod tests {
         // A line without width is one, however f32 rounds it.
         let c = [[1.0, 1.0, 0.0], [1.0 + 1e-6, 1.0, 0.0], [0.0, 0.0, 1.0]];
         assert!(planar(&message(c)).is_ok());
-    }
-
-    #[test]
-    fn a_covariance_turns_with_its_frame() {
-        let c = turned(&GOOD, FRAC_PI_2);
-        let expected = [[9e-2, -1e-2, 3e-3], [-1e-2, 4e-2, 2e-3], [3e-3, 2e-3, 1e-3]];
-        for (row, expected) in c.iter().zip(expected) {
-            for (value, expected) in row.iter().zip(expected) {
-                assert!((value - expected).abs() < 1e-15);
-            }
-        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Poses of messages: a quaternion to a heading, a frame to the map's.
 
 use super::Refusal;
-use crate::frames::Pose;
+use ros_messages::base::frames::Pose;
 
 /// A quaternion of a rotation has the length 1; what others send is rounded.
 const UNIT: f64 = 0.05;

@@ -1,14 +1,14 @@
 //! What the node hears: a thread that waits for all of it, and puts it into the bridge's inbox.
 
 use super::outgoing::{profile, topic};
-use crate::convert::messages::{fix, goal, speeds, stamped_speeds, uncertain};
-use crate::names::whole;
+use crate::asked::{fix, goal, speeds, stamped_speeds, uncertain};
 use crate::network::{Inbox, Request};
 use crate::params::{Params, ServiceMapping as Mapping};
 use anyhow::{Context as _, Result, anyhow};
 use futures_util::StreamExt;
 use futures_util::stream::{BoxStream, select_all};
 use ros_messages::RosMessage;
+use ros_messages::base::names::whole;
 use ros_messages::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped};
 use ros_messages::services::{
     SetBoolRequest, SetBoolResponse, SetPoseRequest, SetPoseResponse, TriggerRequest,

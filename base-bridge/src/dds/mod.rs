@@ -7,12 +7,13 @@ pub mod environment;
 mod incoming;
 mod outgoing;
 
-use crate::network::{Inbox, Network, Report};
+use crate::network::{Inbox, Network};
 use crate::params::Params;
 use anyhow::{Context as _, Result, anyhow};
 use environment::Environment;
 use incoming::Ears;
 use outgoing::Mouth;
+use ros_messages::base::Report;
 use ros2_client::dds::rustdds::DomainParticipantBuilder;
 use ros2_client::dds::{Context, Node};
 use ros2_client::{NodeName, NodeOptions};
@@ -63,7 +64,7 @@ impl Dds {
         let mut node = context
             .new_node(node_name, options)
             .map_err(|error| anyhow!("the node: {error:?}"))?;
-        let mouth = Mouth::new(&mut node, namespace, params)?;
+        let mouth = Mouth::new(&mut node, &params.names(namespace, name), params)?;
         let ears = Ears::new(&mut node, namespace, params, inbox)?;
         Ok(Self {
             mouth,

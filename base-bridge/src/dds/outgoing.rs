@@ -1,11 +1,9 @@
 //! What the node says.
 
-use crate::convert::messages::{Message, footprint, messages};
-use crate::names::whole;
-use crate::network::Report;
 use crate::params::{Params, Qos};
 use anyhow::{Result, anyhow};
 use ros_messages::RosMessage;
+use ros_messages::base::{Message, Names, Report, footprint, messages};
 use ros_messages::diagnostic_msgs::DiagnosticArray;
 use ros_messages::nav_msgs::Odometry;
 use ros_messages::sensor_msgs::{BatteryState, JointState};
@@ -16,7 +14,7 @@ use ros2_client::{MessageTypeName, Name};
 
 /// The publishers.
 pub struct Mouth {
-    params: Params,
+    names: Names,
     odometry: Publisher<Odometry>,
     transforms: Publisher<TFMessage>,
     joints: Publisher<JointState>,
@@ -28,32 +26,34 @@ pub struct Mouth {
 
 impl Mouth {
     /// The publishers of a node.
-    pub fn new(node: &mut Node, namespace: &str, params: &Params) -> Result<Self> {
-        let name = |topic: &str| whole(namespace, topic);
-        let kept = match footprint(params) {
-            Some(transform) => Some(keep(node, &name(&params.topic_tf_static), transform)?),
+    pub fn new(node: &mut Node, names: &Names, params: &Params) -> Result<Self> {
+        let topics = &names.topics;
+        let kept = match footprint(names) {
+            Some(transform) => Some(keep(node, &topics.tf_static, *transform)?),
             None => None,
         };
         Ok(Self {
-            odometry: publisher(node, &name(&params.topic_odom), params.odom_qos())?,
-            transforms: publisher(node, &name(&params.topic_tf), params.tf_qos())?,
-            joints: publisher(node, &name(&params.topic_joints), params.state_qos())?,
-            battery: publisher(node, &name(&params.topic_battery), params.state_qos())?,
-            diagnostics: publisher(node, &name(&params.topic_diagnostics), params.state_qos())?,
-            params: params.clone(),
+            odometry: publisher(node, &topics.odom, params.odom_qos())?,
+            transforms: publisher(node, &topics.tf, params.tf_qos())?,
+            joints: publisher(node, &topics.joints, params.state_qos())?,
+            battery: publisher(node, &topics.battery, params.state_qos())?,
+            diagnostics: publisher(node, &topics.diagnostics, params.state_qos())?,
             _kept: kept,
+            names: names.clone(),
         })
     }
 
     /// Says what a report tells. A sample for which there is no room is lost: the next one is newer.
     pub fn say(&mut self, report: &Report) {
-        for message in messages(&self.params, report) {
+        for message in messages(&self.names, report) {
             let _ = match message {
                 Message::Odometry(odometry) => self.odometry.publish(*odometry).is_ok(),
-                Message::Transforms(transforms) => self.transforms.publish(transforms).is_ok(),
-                Message::Joints(joints) => self.joints.publish(joints).is_ok(),
+                Message::Transforms(transforms) => self.transforms.publish(*transforms).is_ok(),
+                // It was said at the start.
+                Message::Kept(_) => true,
+                Message::Joints(joints) => self.joints.publish(*joints).is_ok(),
                 Message::Battery(battery) => self.battery.publish(*battery).is_ok(),
-                Message::Diagnostics(diagnostics) => self.diagnostics.publish(diagnostics).is_ok(),
+                Message::Diagnostics(diagnostics) => self.diagnostics.publish(*diagnostics).is_ok(),
             };
         }
     }

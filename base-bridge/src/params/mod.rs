@@ -3,6 +3,7 @@
 pub mod yaml;
 
 use anyhow::{Context, Result, bail, ensure};
+use ros_messages::base::names::{Names, Topics, whole};
 use yaml::Value;
 
 /// How a topic is carried.
@@ -181,6 +182,7 @@ parameters! {
         cmd_vel_stamped "stamped": bool = false, any, "speeds come as TwistStamped, not as Twist: one of the two, for a reader of both on one name takes one for the other";
     }
     "frames." {
+        frame_prefix "prefix": String = "", is_frame_or_none, "in front of frames.odom, base and footprint, as r1/, for bases that share tf";
         frame_map "map": String = "map", is_frame, "the frame that the base's estimate, fixes and goals are in";
         frame_odom "odom": String = "odom", is_frame, "the frame that is continuous";
         frame_footprint "footprint": String = "", is_frame_or_none, "a frame where the base's is, as base_footprint: on tf_static; empty: none";
@@ -263,13 +265,44 @@ impl Params {
     }
 
     fn consistent(&self) -> Result<()> {
+        let Names {
+            map, odom, base, ..
+        } = &self.names("", "");
         ensure!(
-            self.frame_map != self.frame_odom
-                && self.frame_odom != self.frame_base
-                && self.frame_map != self.frame_base,
+            map != odom && odom != base && map != base,
             "frames.map, frames.odom and frames.base are three"
         );
         Ok(())
+    }
+
+    /// What topics, frames and joints are called, in the namespace of its node, and the node itself.
+    pub fn names(&self, namespace: &str, node: &str) -> Names {
+        let topic = |name: &str| whole(namespace, name);
+        let own = |frame: &str| match frame {
+            "" => String::new(),
+            frame => format!("{}{frame}", self.frame_prefix),
+        };
+        Names {
+            node: topic(node).trim_start_matches('/').to_owned(),
+            map: self.frame_map.clone(),
+            odom: own(&self.frame_odom),
+            base: own(&self.frame_base),
+            footprint: own(&self.frame_footprint),
+            publish_map_to_odom: self.publish_map_tf,
+            publish_odom_to_base: self.publish_tf,
+            joint_left: self.joint_left.clone(),
+            joint_right: self.joint_right.clone(),
+            joint_drive: self.joint_drive.clone(),
+            joint_steer: self.joint_steer.clone(),
+            topics: Topics {
+                odom: topic(&self.topic_odom),
+                tf: topic(&self.topic_tf),
+                tf_static: topic(&self.topic_tf_static),
+                joints: topic(&self.topic_joints),
+                battery: topic(&self.topic_battery),
+                diagnostics: topic(&self.topic_diagnostics),
+            },
+        }
     }
 
     /// Of odom.
@@ -335,6 +368,16 @@ mod tests {
         assert_eq!(params.frame_odom, "r1/odom");
         params.assign("cmd_vel.timeout:=0.75").unwrap();
         assert_eq!(params.cmd_vel_timeout, 0.75);
+    }
+
+    #[test]
+    fn the_defaults_are_the_names_of_rep_105() {
+        assert_eq!(Params::default().names("", "base"), Names::default());
+        let names = Params::default().names("/r1", "base");
+        assert_eq!(
+            (names.node.as_str(), names.topics.odom.as_str()),
+            ("r1/base", "/r1/odom")
+        );
     }
 
     #[test]

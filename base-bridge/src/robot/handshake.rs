@@ -11,7 +11,7 @@
 //! ```
 //! Each is asked again when its answer does not come; after a few times the line is given up, and opened anew.
 
-use super::knowledge::Knowledge;
+use super::Knowledge;
 use super::telemetry::{self, Field};
 use crate::client::{Answer, Ask, Client, Outcome};
 

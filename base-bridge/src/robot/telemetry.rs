@@ -1,6 +1,7 @@
 //! Telemetry lines.
 
 use super::Vehicle;
+use ros_messages::base::joints::Turned;
 
 /// A field of a telemetry line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,6 +128,16 @@ pub struct Telemetry {
 }
 
 impl Telemetry {
+    /// What it says of what turns.
+    pub fn turned(&self) -> Turned {
+        Turned {
+            counts: self.counts,
+            wheel_speeds: self.wheel_speeds,
+            omega: self.omega,
+            steer: self.steer,
+        }
+    }
+
     /// Reads a row of these fields. None if it has others, or not all of them, or a number is not finite.
     pub fn parse(row: &str, fields: &[Field]) -> Option<Self> {
         let mut telemetry = Self::default();

@@ -5,10 +5,11 @@ pub mod cable;
 
 use base_bridge::app::{App, Quit};
 use base_bridge::line::Door;
-use base_bridge::network::{FramedPose, Inbox, Level, Motion, Network, Report, Request, Status};
+use base_bridge::network::{FramedPose, Inbox, Network, Request};
 use base_bridge::params::Params;
 use hil_sim::rig::{PERIOD, Rig};
 use hil_sim::robot::Robot;
+use ros_messages::base::{Level, Motion, Report, Status};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
@@ -345,7 +346,7 @@ pub fn status<'a>(report: &'a Report, name: &str) -> Option<&'a Status> {
 /// Waits until the base's part says this.
 pub fn wait_for_base(bridge: &Bridge, since: usize, message: &str) {
     let found = bridge.wait_for(since, 5.0, |report| {
-        let base = status(report, "base")?;
+        let base = status(report, "controller")?;
         let level = base.level != Level::Ok;
         assert_eq!(level, base.message != "no fault");
         (base.message == message).then_some(())

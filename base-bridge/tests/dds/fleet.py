@@ -3,7 +3,7 @@
 Usage: fleet.py BASES. Says that it is there; then, for each line on standard input, drives, and answers with a JSON object a line: for each base how many
 readers its speeds have, and the corners that it says it has come to.
 
-Base rN has the square of side 0.2 m + N · 0.04 m, counterclockwise if N is even. Base r0 is told nothing.
+Base rN has the square of side 0.2 m + N · 0.04 m, counterclockwise if N is even. One more, the last, is told nothing.
 """
 
 import json
@@ -89,7 +89,7 @@ def drive(bases):
     until = time.monotonic() + PATIENCE
     while time.monotonic() < until and not all(base.is_there() for base in bases):
         time.sleep(0.01)
-    idle, *driven = bases
+    *driven, _ = bases
     while time.monotonic() < until and not all(base.has_come_round() for base in driven):
         for base in driven:
             base.speeds.write(base.drive())
@@ -105,7 +105,7 @@ def drive(bases):
 
 def main(bases):
     participant = DomainParticipant(int(os.environ.get("ROS_DOMAIN_ID", "0")))
-    fleet = [Base(participant, number) for number in range(int(bases) + 1)]
+    fleet = [Base(participant, number) for number in range(1, int(bases) + 2)]
     print(json.dumps({"ready": True}), flush=True)
     for _ in sys.stdin:
         print(json.dumps({"bases": drive(fleet)}), flush=True)

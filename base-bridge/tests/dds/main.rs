@@ -14,3 +14,4 @@ mod loopback;
 mod messages;
 mod peer;
 mod stage;
+mod timing;

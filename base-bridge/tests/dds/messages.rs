@@ -198,7 +198,11 @@ fn all_topics_are_there_and_the_node_is_known_by_them() {
                 .iter()
                 .map(|each| each["name"].as_str().unwrap())
                 .collect();
-            assert_eq!(names, ["base", "link", "tick", "clock", "commands"]);
+            assert_eq!(
+                names,
+                ["controller", "link", "tick", "clock", "commands"]
+                    .map(|part| format!("r1/base: {part}"))
+            );
         },
     );
 }

@@ -11,12 +11,14 @@ Usage: peer.py NAMESPACE, then a command a line on standard input; each answers 
     fix X Y YAW | goal X Y YAW | initial X Y YAW
     trigger NAME | enable 0/1 | set_pose X Y YAW    calls a service, as ROS 2 does on Cyclone DDS
     gaps SECONDS                        odometry for so long: how many, the longest time between two
+    steps COUNT                         speeds that change so often, and when each was said first
     gone SECONDS                        waits until nobody publishes odometry any more
 """
 
 import json
 import math
 import os
+import random
 import sys
 import threading
 import time
@@ -518,6 +520,24 @@ class Peer:
                 count += 1
             time.sleep(0.001)
         return {"count": count, "arrival": longest[0], "stamp": longest[1]}
+
+    def steps(self, count):
+        """Turning all the while, so that the translation alone changes, and is steady again before the next one: 0.1 m/s at 0.5 m/s² take 0.2 s."""
+        writer = self.writer("cmd_vel", Twist, BEST_EFFORT)
+        self.matched(writer)
+        chance = random.Random(3)
+        for _ in range(40):
+            writer.write(twist(0.2, 0.5))
+            time.sleep(SPEED_PERIOD)
+        said = []
+        for step in range(int(count)):
+            speeds = twist(0.1 if step % 2 == 0 else 0.2, 0.5)
+            said.append(time.time())
+            writer.write(speeds)
+            time.sleep(0.12)
+            writer.write(speeds)
+            time.sleep(0.13 + chance.uniform(0.0, 0.02))
+        return {"said": said}
 
     def gone(self, seconds):
         began = time.monotonic()

@@ -38,13 +38,13 @@ impl Stage {
     }
 
     /// The bridge at its port, as the robot `r1`, on loopback alone.
-    pub fn bridge(&self, arguments: &[&str]) -> Bridge {
+    pub fn bridge(&self, arguments: &[&str]) -> Running {
         self.bridge_everywhere(&[arguments, &["--localhost-only"]].concat())
     }
 
     /// The same on every network there is.
-    pub fn bridge_everywhere(&self, arguments: &[&str]) -> Bridge {
-        Bridge::start(
+    pub fn bridge_everywhere(&self, arguments: &[&str]) -> Running {
+        Running::bridge(
             &[
                 &["--namespace", "r1", "--port", self.port.to_str().unwrap()],
                 arguments,
@@ -65,12 +65,12 @@ impl Stage {
     }
 }
 
-/// The bridge's program.
-pub struct Bridge(Child);
+/// A program that runs.
+pub struct Running(pub Child);
 
-impl Bridge {
-    /// Starts it.
-    pub fn start(arguments: &[&str]) -> Self {
+impl Running {
+    /// The bridge.
+    fn bridge(arguments: &[&str]) -> Self {
         let bridge = Command::new(cargo_bin!("base-bridge"))
             .args(arguments)
             .stdin(Stdio::null())
@@ -91,7 +91,7 @@ impl Bridge {
     }
 }
 
-impl Drop for Bridge {
+impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();

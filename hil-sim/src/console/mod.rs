@@ -6,6 +6,7 @@ mod pty;
 mod stdio;
 mod tcp;
 
+use crate::run::Watcher as _;
 use crate::trace_file::TraceFile;
 use crate::web::{self, Served};
 use anyhow::{Context, Result};

@@ -1,6 +1,6 @@
 //! Covariances: 3×3 of the plane into the 6×6 of a message, and that of the speeds.
 
-use crate::robot::{Knowledge, Vehicle};
+use super::knowledge::{Knowledge, Vehicle};
 use std::f64::consts::{PI, TAU};
 
 /// Of what a base in the plane does not measure, and of what it knows exactly: z, roll and pitch of its pose, and every speed but two, are zero because
@@ -25,6 +25,24 @@ pub fn spatial(planar: &[[f64; 3]; 3]) -> [f64; 36] {
         *variance = variance.max(CERTAIN);
     }
     all
+}
+
+/// The same covariance, of a pose in a frame that is turned by `angle` in the map.
+#[must_use]
+pub fn turned(c: &[[f64; 3]; 3], angle: f64) -> [[f64; 3]; 3] {
+    let (sin, cos) = angle.sin_cos();
+    let turn = [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]];
+    let mut turned = [[0.0; 3]; 3];
+    for (i, row) in turned.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            for k in 0..3 {
+                for l in 0..3 {
+                    *entry += turn[i][k] * c[k][l] * turn[j][l];
+                }
+            }
+        }
+    }
+    turned
 }
 
 /// Variances of v and ω, from what the base says of itself.
@@ -151,6 +169,18 @@ mod tests {
             assert_eq!(*value, expected.map_or(unused, |place| place.1), "{at}");
         }
         assert_eq!(spatial(&[[0.0; 3]; 3])[0], CERTAIN);
+    }
+
+    #[test]
+    fn a_covariance_turns_with_its_frame() {
+        let c = [[4e-2, 1e-2, 2e-3], [1e-2, 9e-2, -3e-3], [2e-3, -3e-3, 1e-3]];
+        let c = turned(&c, PI / 2.0);
+        let expected = [[9e-2, -1e-2, 3e-3], [-1e-2, 4e-2, 2e-3], [3e-3, 2e-3, 1e-3]];
+        for (row, expected) in c.iter().zip(expected) {
+            for (value, expected) in row.iter().zip(expected) {
+                assert!((value - expected).abs() < 1e-15);
+            }
+        }
     }
 
     #[test]

@@ -1,17 +1,18 @@
-//! Reports as messages, and messages as requests: REP 103's units, REP 105's frames.
+//! Reports as messages: REP 103's units, REP 105's frames.
 
-use crate::frames::Pose as Planar;
-use crate::network::{FramedPose, Level, Motion, Report, Request, Status, UncertainPose};
-use crate::params::Params;
-use ros_messages::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
-use ros_messages::geometry_msgs::{
-    Covariance, Point, Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped,
-    Quaternion, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
+use super::frames::Pose as Planar;
+use super::names::{Names, Topics};
+use super::report::{Level, Motion, Report, Status};
+use crate::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
+use crate::geometry_msgs::{
+    Covariance, Point, Pose, PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist,
+    TwistWithCovariance, Vector3,
 };
-use ros_messages::nav_msgs::Odometry;
-use ros_messages::sensor_msgs::{BatteryState, JointState};
-use ros_messages::std_msgs::{Header, Time};
-use ros_messages::tf2_msgs::TFMessage;
+use crate::nav_msgs::Odometry;
+use crate::sensor_msgs::{BatteryState, JointState};
+use crate::std_msgs::{Header, Time};
+use crate::tf2_msgs::TFMessage;
+use crate::{RosMessage, schema, to_cdr};
 
 /// What is published of a report.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,46 +20,102 @@ pub enum Message {
     /// Where the base is, and how fast.
     Odometry(Box<Odometry>),
     /// The frames between map and base.
-    Transforms(TFMessage),
+    Transforms(Box<TFMessage>),
+    /// Frames that do not move: kept for who comes later.
+    Kept(Box<TFMessage>),
     /// What turns.
-    Joints(JointState),
+    Joints(Box<JointState>),
     /// The supply.
     Battery(Box<BatteryState>),
     /// How base and bridge are.
-    Diagnostics(DiagnosticArray),
+    Diagnostics(Box<DiagnosticArray>),
+}
+
+/// Does the same with a message of whatever type.
+macro_rules! with {
+    ($message:expr, $inner:ident => $do:expr) => {
+        match $message {
+            Message::Odometry($inner) => $do,
+            Message::Transforms($inner) | Message::Kept($inner) => $do,
+            Message::Joints($inner) => $do,
+            Message::Battery($inner) => $do,
+            Message::Diagnostics($inner) => $do,
+        }
+    };
+}
+pub(super) use with;
+
+impl Message {
+    /// The topic that it is published on.
+    pub fn topic<'a>(&self, topics: &'a Topics) -> &'a str {
+        match self {
+            Self::Odometry(_) => &topics.odom,
+            Self::Transforms(_) => &topics.tf,
+            Self::Kept(_) => &topics.tf_static,
+            Self::Joints(_) => &topics.joints,
+            Self::Battery(_) => &topics.battery,
+            Self::Diagnostics(_) => &topics.diagnostics,
+        }
+    }
+
+    /// Its type's name, such as `nav_msgs/msg/Odometry`.
+    pub fn kind(&self) -> &'static str {
+        fn of<M: RosMessage>(_: &M) -> &'static str {
+            M::NAME
+        }
+        with!(self, message => of(message.as_ref()))
+    }
+
+    /// Its type's definition, with those of all that are in it.
+    pub fn schema(&self) -> String {
+        fn of<M: RosMessage>(_: &M) -> String {
+            schema::<M>()
+        }
+        with!(self, message => of(message.as_ref()))
+    }
+
+    /// Its bytes.
+    pub fn cdr(&self) -> Vec<u8> {
+        with!(self, message => to_cdr(message.as_ref()))
+    }
 }
 
 /// The messages of a report, in the order in which they are published. The transforms come first: who looks up where a pose is finds it.
-pub fn messages(params: &Params, report: &Report) -> Vec<Message> {
+pub fn messages(names: &Names, report: &Report) -> Vec<Message> {
     match report {
         Report::Motion(motion) => {
-            let transforms = transforms(params, motion);
-            let tf = (!transforms.transforms.is_empty()).then_some(Message::Transforms(transforms));
+            let transforms = transforms(names, motion);
+            let tf = (!transforms.transforms.is_empty())
+                .then(|| Message::Transforms(Box::new(transforms)));
             tf.into_iter()
-                .chain([Message::Odometry(Box::new(odometry(params, motion)))])
+                .chain([Message::Odometry(Box::new(odometry(
+                    &names.odom,
+                    &names.base,
+                    motion,
+                )))])
                 .collect()
         }
-        Report::Joints { stamp, joints } => vec![Message::Joints(JointState {
+        Report::Joints { stamp, joints } => vec![Message::Joints(Box::new(JointState {
             header: header(*stamp, ""),
             name: joints.iter().map(|joint| joint.name.clone()).collect(),
             position: joints.iter().map(|joint| joint.position).collect(),
             velocity: joints.iter().map(|joint| joint.velocity).collect(),
             effort: Vec::new(),
-        })],
+        }))],
         Report::Battery { stamp, volts } => {
-            vec![Message::Battery(Box::new(battery(params, *stamp, *volts)))]
+            vec![Message::Battery(Box::new(battery(names, *stamp, *volts)))]
         }
         Report::Diagnostics {
             stamp,
             hardware,
             statuses,
-        } => vec![Message::Diagnostics(DiagnosticArray {
+        } => vec![Message::Diagnostics(Box::new(DiagnosticArray {
             header: header(*stamp, ""),
             status: statuses
                 .iter()
-                .map(|status| diagnostic(hardware, status))
+                .map(|status| diagnostic(&names.node, hardware, status))
                 .collect(),
-        })],
+        }))],
     }
 }
 
@@ -69,11 +126,12 @@ fn header(stamp: i64, frame: &str) -> Header {
     }
 }
 
-fn odometry(params: &Params, motion: &Motion) -> Odometry {
+/// Where a base is in a frame, and how fast.
+pub fn odometry(frame: &str, base: &str, motion: &Motion) -> Odometry {
     let Planar { x, y, theta } = motion.odom;
     Odometry {
-        header: header(motion.stamp, &params.frame_odom),
-        child_frame_id: params.frame_base.clone(),
+        header: header(motion.stamp, frame),
+        child_frame_id: base.to_owned(),
         pose: PoseWithCovariance {
             pose: Pose {
                 position: Point { x, y, z: 0.0 },
@@ -97,7 +155,7 @@ fn odometry(params: &Params, motion: &Motion) -> Odometry {
     }
 }
 
-fn transforms(params: &Params, motion: &Motion) -> TFMessage {
+fn transforms(names: &Names, motion: &Motion) -> TFMessage {
     let branch = |parent: &str, child: &str, pose: &Planar| TransformStamped {
         header: header(motion.stamp, parent),
         child_frame_id: child.to_owned(),
@@ -110,32 +168,34 @@ fn transforms(params: &Params, motion: &Motion) -> TFMessage {
             rotation: about_z(pose.theta),
         },
     };
-    let map = params
-        .publish_map_tf
-        .then(|| branch(&params.frame_map, &params.frame_odom, &motion.map_to_odom));
-    let base = params
-        .publish_tf
-        .then(|| branch(&params.frame_odom, &params.frame_base, &motion.odom));
+    let map = names
+        .publish_map_to_odom
+        .then(|| branch(&names.map, &names.odom, &motion.map_to_odom));
+    let base = names
+        .publish_odom_to_base
+        .then(|| branch(&names.odom, &names.base, &motion.odom));
     TFMessage {
         transforms: map.into_iter().chain(base).collect(),
     }
 }
 
 /// The frame that is where the base's is, if one is wished.
-pub fn footprint(params: &Params) -> Option<TFMessage> {
-    (!params.frame_footprint.is_empty()).then(|| TFMessage {
-        transforms: vec![TransformStamped {
-            header: header(0, &params.frame_base),
-            child_frame_id: params.frame_footprint.clone(),
-            transform: Transform::default(),
-        }],
+pub fn footprint(names: &Names) -> Option<Box<TFMessage>> {
+    (!names.footprint.is_empty()).then(|| {
+        Box::new(TFMessage {
+            transforms: vec![TransformStamped {
+                header: header(0, &names.base),
+                child_frame_id: names.footprint.clone(),
+                transform: Transform::default(),
+            }],
+        })
     })
 }
 
-fn battery(params: &Params, stamp: i64, volts: Option<f64>) -> BatteryState {
+fn battery(names: &Names, stamp: i64, volts: Option<f64>) -> BatteryState {
     let unknown = f32::NAN;
     BatteryState {
-        header: header(stamp, &params.frame_base),
+        header: header(stamp, &names.base),
         voltage: volts.map_or(unknown, |volts| volts as f32),
         temperature: unknown,
         current: unknown,
@@ -148,14 +208,15 @@ fn battery(params: &Params, stamp: i64, volts: Option<f64>) -> BatteryState {
     }
 }
 
-fn diagnostic(hardware: &str, status: &Status) -> DiagnosticStatus {
+fn diagnostic(node: &str, hardware: &str, status: &Status) -> DiagnosticStatus {
     DiagnosticStatus {
         level: match status.level {
             Level::Ok => 0,
             Level::Warn => 1,
             Level::Error => 2,
         },
-        name: status.name.clone(),
+        // All nodes of a network share the topic.
+        name: format!("{node}: {}", status.name),
         message: status.message.clone(),
         hardware_id: hardware.to_owned(),
         values: status
@@ -180,55 +241,10 @@ pub fn about_z(theta: f64) -> Quaternion {
     }
 }
 
-/// The request that speeds are. What they may be is for the one to say who takes them.
-pub fn speeds(twist: &Twist, stamp: Option<Time>) -> Request {
-    Request::Speeds {
-        linear: [twist.linear.x, twist.linear.y, twist.linear.z],
-        angular: [twist.angular.x, twist.angular.y, twist.angular.z],
-        stamp: stamp.map(Time::nanoseconds),
-    }
-}
-
-/// The same with a stamp. A stamp of zero, which many a sender leaves there, is none.
-pub fn stamped_speeds(stamped: &TwistStamped) -> Request {
-    let stamp = stamped.header.stamp;
-    speeds(&stamped.twist, (stamp != Time::default()).then_some(stamp))
-}
-
-/// The request that a pose of somebody else is.
-pub fn fix(observed: &PoseWithCovarianceStamped) -> Request {
-    Request::Fix {
-        stamp: observed.header.stamp.nanoseconds(),
-        observed: uncertain(observed),
-    }
-}
-
-/// The request that a goal is.
-pub fn goal(goal: &PoseStamped) -> Request {
-    Request::Goal(framed(&goal.header, &goal.pose))
-}
-
-/// A pose with its covariance, in its frame.
-pub fn uncertain(pose: &PoseWithCovarianceStamped) -> UncertainPose {
-    UncertainPose {
-        pose: framed(&pose.header, &pose.pose.pose),
-        covariance: pose.pose.covariance.0,
-    }
-}
-
-fn framed(header: &Header, pose: &Pose) -> FramedPose {
-    let (at, turned) = (pose.position, pose.orientation);
-    FramedPose {
-        frame: header.frame_id.clone(),
-        position: [at.x, at.y, at.z],
-        orientation: [turned.x, turned.y, turned.z, turned.w],
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::joints::Joint;
     use super::*;
-    use crate::convert::joints::Joint;
     use std::f64::consts::PI;
 
     fn motion() -> Motion {
@@ -246,7 +262,7 @@ mod tests {
     #[test]
     fn each_number_of_a_motion_finds_its_place() {
         let [Message::Transforms(tf), Message::Odometry(odom)] =
-            &messages(&Params::default(), &Report::Motion(motion()))[..]
+            &messages(&Names::default(), &Report::Motion(motion()))[..]
         else {
             panic!("not what is expected");
         };
@@ -271,10 +287,10 @@ mod tests {
         let [map, base] = &tf.transforms[..] else {
             panic!("two branches");
         };
-        let names =
+        let branch =
             |each: &TransformStamped| format!("{} {}", each.header.frame_id, each.child_frame_id);
         assert_eq!(
-            (names(map), names(base)),
+            (branch(map), branch(base)),
             ("map odom".into(), "odom base_link".into())
         );
         assert_eq!(map.transform.translation.y, 0.5);
@@ -285,10 +301,11 @@ mod tests {
 
     #[test]
     fn frames_that_somebody_else_publishes_are_left_out() {
-        let mut params = Params::default();
-        for (assignment, left) in [("tf.map_to_odom:=false", 1), ("tf.odom_to_base:=false", 0)] {
-            params.assign(assignment).unwrap();
-            let all = messages(&params, &Report::Motion(motion()));
+        let mut names = Names::default();
+        for left in [1, 0] {
+            names.publish_odom_to_base = left == 1;
+            names.publish_map_to_odom = false;
+            let all = messages(&names, &Report::Motion(motion()));
             let branches = all.iter().find_map(|message| match message {
                 Message::Transforms(tf) => Some(tf.transforms.len()),
                 _ => None,
@@ -299,10 +316,10 @@ mod tests {
 
     #[test]
     fn what_is_not_measured_is_no_number() {
-        let params = Params::default();
+        let names = Names::default();
         for (volts, present) in [(Some(12.5), true), (None, false)] {
             let report = Report::Battery { stamp: 5, volts };
-            let [Message::Battery(battery)] = &messages(&params, &report)[..] else {
+            let [Message::Battery(battery)] = &messages(&names, &report)[..] else {
                 panic!("not what is expected");
             };
             assert_eq!(battery.present, present);
@@ -322,7 +339,7 @@ mod tests {
             stamp: 1,
             joints: vec![joint("a", 1.0), joint("b", 2.0)],
         };
-        let [Message::Joints(state)] = &messages(&Params::default(), &report)[..] else {
+        let [Message::Joints(state)] = &messages(&Names::default(), &report)[..] else {
             panic!("not what is expected");
         };
         assert_eq!(state.name, ["a", "b"]);
@@ -340,50 +357,11 @@ mod tests {
                 values: vec![("fault", "stall".into())],
             }],
         };
-        let [Message::Diagnostics(array)] = &messages(&Params::default(), &report)[..] else {
+        let [Message::Diagnostics(array)] = &messages(&Names::default(), &report)[..] else {
             panic!("not what is expected");
         };
         let status = &array.status[0];
         assert_eq!((status.level, status.hardware_id.as_str()), (2, "hil-sim"));
         assert_eq!(status.values[0].value, "stall");
-    }
-
-    #[test]
-    fn what_comes_in_is_passed_on_as_it_is() {
-        let twist = Twist {
-            linear: Vector3 {
-                x: 0.5,
-                y: 1.0,
-                z: 2.0,
-            },
-            angular: Vector3 {
-                x: 3.0,
-                y: 4.0,
-                z: f64::NAN,
-            },
-        };
-        let Request::Speeds {
-            linear,
-            angular,
-            stamp,
-        } = speeds(&twist, None)
-        else {
-            panic!("not what is expected");
-        };
-        assert_eq!((linear, stamp), ([0.5, 1.0, 2.0], None));
-        assert!(angular[2].is_nan(), "it is refused where it is taken");
-        for (sec, expected) in [(0, None), (7, Some(7_000_000_000))] {
-            let stamped = TwistStamped {
-                header: Header {
-                    stamp: Time { sec, nanosec: 0 },
-                    ..Header::default()
-                },
-                twist,
-            };
-            let Request::Speeds { stamp, .. } = stamped_speeds(&stamped) else {
-                panic!("not what is expected");
-            };
-            assert_eq!(stamp, expected);
-        }
     }
 }

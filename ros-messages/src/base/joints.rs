@@ -1,7 +1,7 @@
 //! Joints: what turns, by its counts.
 
-use crate::params::Params;
-use crate::robot::{Knowledge, Telemetry, Vehicle};
+use super::knowledge::{Knowledge, Vehicle};
+use super::names::Names;
 use std::f64::consts::TAU;
 
 /// A joint.
@@ -15,8 +15,21 @@ pub struct Joint {
     pub velocity: f64,
 }
 
+/// What a base says of what turns: what a vehicle does not have is not looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turned {
+    /// Counts of the left (or only) wheel, and of the right one or of a synchro drive's steering.
+    pub counts: [i64; 2],
+    /// Of the same wheels at the ground, m/s.
+    pub wheel_speeds: [f64; 2],
+    /// Of the base, counterclockwise, rad/s.
+    pub omega: f64,
+    /// The angle of what steers, rad.
+    pub steer: f64,
+}
+
 /// The joints of a base.
-pub fn joints(params: &Params, base: &Knowledge, told: &Telemetry) -> Vec<Joint> {
+pub fn joints(names: &Names, base: &Knowledge, told: &Turned) -> Vec<Joint> {
     let wheel = |name: &str, side: usize, diameter: &str| -> Option<Joint> {
         let radius = base.get(diameter).filter(|d| *d > 0.0)? / 2.0;
         let counts = base.get("counts_per_turn").filter(|counts| *counts > 0.0)?;
@@ -27,17 +40,17 @@ pub fn joints(params: &Params, base: &Knowledge, told: &Telemetry) -> Vec<Joint>
         })
     };
     let steer = || Joint {
-        name: params.joint_steer.clone(),
+        name: names.joint_steer.clone(),
         position: told.steer,
         velocity: f64::NAN,
     };
     let pair = || {
         [
-            wheel(&params.joint_left, 0, "left_diameter"),
-            wheel(&params.joint_right, 1, "right_diameter"),
+            wheel(&names.joint_left, 0, "left_diameter"),
+            wheel(&names.joint_right, 1, "right_diameter"),
         ]
     };
-    let drive = || wheel(&params.joint_drive, 0, "wheel_diameter");
+    let drive = || wheel(&names.joint_drive, 0, "wheel_diameter");
     let all: Vec<Option<Joint>> = match base.vehicle() {
         Vehicle::Differential => pair().into(),
         Vehicle::Car => pair().into_iter().chain([Some(steer())]).collect(),
@@ -45,7 +58,7 @@ pub fn joints(params: &Params, base: &Knowledge, told: &Telemetry) -> Vec<Joint>
         Vehicle::Synchro => {
             let turn = base.get("turn_counts").filter(|counts| *counts > 0.0);
             let turn = turn.map(|counts| Joint {
-                name: params.joint_steer.clone(),
+                name: names.joint_steer.clone(),
                 position: told.counts[1] as f64 / counts * TAU,
                 velocity: told.omega,
             });
@@ -67,13 +80,12 @@ mod tests {
         base
     }
 
-    fn told() -> Telemetry {
-        Telemetry {
+    fn told() -> Turned {
+        Turned {
             counts: [500, -2000],
             wheel_speeds: [0.1, -0.2],
             omega: 0.5,
             steer: 0.25,
-            ..Telemetry::default()
         }
     }
 
@@ -84,8 +96,8 @@ mod tests {
             "left_diameter 0.1",
             "right_diameter 0.08",
         ];
-        let params = Params::default();
-        let of = |rows: &[&str]| joints(&params, &base(rows), &told());
+        let names = Names::default();
+        let of = |rows: &[&str]| joints(&names, &base(rows), &told());
         let wheels = of(&pair);
         assert_eq!(wheels[0].name, "left_wheel_joint");
         assert_eq!((wheels[0].position, wheels[0].velocity), (TAU / 2.0, 2.0));

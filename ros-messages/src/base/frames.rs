@@ -2,6 +2,7 @@
 //! is split: estimate = (map → odom) ∘ (odom → base_link), always. While nothing corrects the estimate, odom → base_link moves as it does. Where a
 //! correction may have, odom → base_link goes on by the speeds, and map → odom takes what is left.
 
+use super::covariance::turned;
 use std::f64::consts::{PI, TAU};
 
 /// Beyond this times the greatest speed, a base has been moved by somebody else than its wheels: its estimate has leapt.
@@ -121,6 +122,17 @@ impl Frames {
     /// The base has started anew: what it believes now has nothing to do with what it believed.
     pub fn restart(&mut self) {
         self.anew = true;
+    }
+
+    /// A covariance of the estimate, by rows x, y, θ of the map, by those of odom.
+    #[must_use]
+    pub fn in_odom(&self, covariance: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        // Where nothing has turned the frame, each digit stays as it is.
+        if self.map_to_odom.theta == 0.0 {
+            *covariance
+        } else {
+            turned(covariance, -self.map_to_odom.theta)
+        }
     }
 
     /// Goes on to a reading. `corrected`: since the last one, the estimate may have been corrected.

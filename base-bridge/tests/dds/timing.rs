@@ -1,0 +1,67 @@
+//! How long a speed takes from another process to the wheels' reference, and how evenly odometry comes. Whoever measures times needs a machine for himself:
+//! `cargo test --release -p base-bridge --features dds --test dds -- --ignored --nocapture`.
+
+use crate::alone::alone;
+use crate::common::wall;
+use crate::peer::{Peer, number, numbers};
+use crate::stage::Stage;
+use std::time::Instant;
+
+/// Speeds that are said.
+const SPEEDS: usize = 1000;
+/// Odometry is listened to for so long, s.
+const LONG: f64 = 600.0;
+
+#[test]
+#[ignore = "timed: on a quiet machine, 4 minutes"]
+fn a_speed_reaches_the_wheels_in_3_ms() {
+    alone("timing::a_speed_reaches_the_wheels_in_3_ms", || {
+        let stage = Stage::set();
+        let _bridge = stage.bridge(&[]);
+        let mut peer = Peer::start("r1");
+        peer.ask("wait 10");
+        let (origin, host) = (Instant::now(), wall());
+        let said = numbers(&peer.ask(&format!("steps {SPEEDS}")), "/said");
+        let truths = stage.base.since(0.0);
+        let mut times: Vec<f64> = Vec::new();
+        for said in said {
+            let seconds = said - host as f64 * 1e-9;
+            let at = |truth: &crate::common::Truth| truth.at.duration_since(origin).as_secs_f64();
+            let next = truths.partition_point(|truth| at(truth) <= seconds);
+            let before = truths[next - 1].reference;
+            let changed = truths[next..]
+                .iter()
+                .find(|truth| truth.reference != before);
+            times.push((at(changed.unwrap()) - seconds) * 1e3);
+        }
+        times.sort_by(f64::total_cmp);
+        let at = |share: f64| times[(share * (SPEEDS - 1) as f64) as usize];
+        println!(
+            "ms: median {:.2}, p90 {:.2}, p99 {:.2}, most {:.2}",
+            at(0.5),
+            at(0.9),
+            at(0.99),
+            at(1.0)
+        );
+        assert!(at(0.5) <= 3.0 && at(0.99) <= 15.0);
+    });
+}
+
+#[test]
+#[ignore = "timed: on a quiet machine, 10 minutes"]
+fn odometry_comes_50_times_a_second_for_10_minutes() {
+    alone(
+        "timing::odometry_comes_50_times_a_second_for_10_minutes",
+        || {
+            let stage = Stage::set();
+            let _bridge = stage.bridge(&[]);
+            let mut peer = Peer::start("r1");
+            peer.ask("wait 10");
+            peer.ask("begin 0.2 0.5");
+            let gaps = peer.ask(&format!("gaps {LONG}"));
+            println!("{gaps}");
+            assert!(number(&gaps, "/count") > 0.999 * LONG * 50.0);
+            assert!(number(&gaps, "/arrival") <= 0.06 && number(&gaps, "/stamp") <= 0.06);
+        },
+    );
+}
