@@ -127,6 +127,10 @@ const STEPS: &[Step] = &[
         readme::check(session, &session.root.join("README.md"))
     })
     .needs(&BASH),
+    call("the page of ROS 2", |session, _| {
+        readme::check(session, &session.root.join("docs/ros2.md"))
+    })
+    .needs(&BASH),
     call("the tools of the estimate", |session, _| {
         readme::check(session, &session.root.join("docs/estimation.md"))
     })

@@ -9,6 +9,7 @@ mod common;
 mod alone;
 mod commands;
 mod endings;
+mod enhanced;
 mod fleet;
 mod loopback;
 mod messages;

@@ -33,7 +33,7 @@ impl<W: Write + Seek> Recorder<W> {
     /// If it cannot be written.
     ///
     /// # Panics
-    /// After [`Self::finish`].
+    /// After its log has been finished.
     pub fn write(&mut self, now: i64, report: &Report) -> Result<(), McapError> {
         if !self.begun {
             self.begun = true;
