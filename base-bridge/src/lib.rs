@@ -7,6 +7,7 @@
 //! All but `line` and `network` is without threads, clocks and ports; `app` puts it together, in one loop.
 
 pub mod app;
+pub mod aside;
 pub mod asked;
 pub mod client;
 pub mod clock;

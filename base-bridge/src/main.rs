@@ -5,6 +5,7 @@ mod print;
 
 use anyhow::{Result, ensure};
 use base_bridge::app::App;
+use base_bridge::aside::Aside;
 use base_bridge::log::Log;
 use base_bridge::network::Network;
 use clap::Parser;
@@ -26,10 +27,10 @@ fn main() -> Result<()> {
     let names = app.params().names(options.namespace(), options.name());
     let mut networks: Vec<Box<dyn Network>> = Vec::new();
     if options.print {
-        networks.push(Box::new(Print));
+        networks.push(Box::new(Aside::new(Print)?));
     }
     if let Some(file) = &options.mcap {
-        networks.push(Box::new(Log::create(file, names.clone())?));
+        networks.push(Box::new(Aside::new(Log::create(file, names.clone())?)?));
     }
     #[cfg(feature = "foxglove")]
     if let Some(address) = options.foxglove {
