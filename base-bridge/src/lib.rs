@@ -12,7 +12,7 @@ pub mod asked;
 pub mod client;
 pub mod clock;
 pub mod commands;
-#[cfg(feature = "dds")]
+#[cfg(feature = "node")]
 pub mod dds;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;

@@ -52,7 +52,7 @@ fn main() -> Result<()> {
 }
 
 /// The node on the network, unless that is not wished.
-#[cfg(feature = "dds")]
+#[cfg(feature = "node")]
 fn join(options: &Options, app: &App) -> Result<Option<Box<dyn Network>>> {
     use base_bridge::dds::{Dds, environment::Environment};
     if options.offline {
@@ -71,7 +71,7 @@ fn join(options: &Options, app: &App) -> Result<Option<Box<dyn Network>>> {
 }
 
 /// This build has no network.
-#[cfg(not(feature = "dds"))]
+#[cfg(not(feature = "node"))]
 #[allow(
     clippy::unnecessary_wraps,
     reason = "with the network, there is something to go wrong"

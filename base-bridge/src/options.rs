@@ -42,11 +42,11 @@ pub struct Options {
     #[arg(short, long = "param", value_name = "NAME:=VALUE")]
     param: Vec<String>,
     /// Nothing leaves this computer, as with ROS_LOCALHOST_ONLY=1
-    #[cfg(feature = "dds")]
+    #[cfg(feature = "node")]
     #[arg(long)]
     pub localhost_only: bool,
     /// Joins no network: for --print and --mcap alone
-    #[cfg(feature = "dds")]
+    #[cfg(feature = "node")]
     #[arg(long)]
     pub offline: bool,
     /// Serves what is published to Foxglove

@@ -1,4 +1,5 @@
 //! The command: its options, its files, and how it ends.
+#![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};

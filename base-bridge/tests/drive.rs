@@ -1,4 +1,5 @@
 //! A bridge and a simulated base, in real time: what is said moves it, and what is not said stops it.
+#![cfg(unix)]
 
 mod common;
 

@@ -45,7 +45,7 @@ fn what_is_published_is_seen_live() {
     drop(free);
     let mut bridge = Command::new(cargo_bin!("base-bridge"));
     bridge.args(["--sim", "--namespace", "r1", "--foxglove", &address]);
-    if cfg!(feature = "dds") {
+    if cfg!(feature = "node") {
         bridge.arg("--offline");
     }
     let _bridge = Bridge(bridge.stderr(Stdio::null()).spawn().unwrap());

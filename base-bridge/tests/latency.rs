@@ -1,4 +1,5 @@
 //! How long a speed takes from the network's door to the wheels' reference, over a line of 115 200 baud.
+#![cfg(unix)]
 
 mod common;
 

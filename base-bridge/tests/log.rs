@@ -1,4 +1,5 @@
 //! `--mcap`: what is published is in the file, also after a process that was killed.
+#![cfg(unix)]
 
 use assert_cmd::cargo::cargo_bin;
 use nix::sys::signal::{Signal, kill};

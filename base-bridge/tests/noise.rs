@@ -1,4 +1,5 @@
 //! A line that damages what it carries: the base is driven all the same, and stopped.
+#![cfg(unix)]
 
 mod common;
 

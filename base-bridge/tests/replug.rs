@@ -1,4 +1,5 @@
 //! The cable pulled in motion, and plugged in again: the base stops within its deadman each time, and does not move by itself after.
+#![cfg(unix)]
 
 mod common;
 
@@ -73,7 +74,13 @@ fn pulls(seed: u64) -> f64 {
         bridge.wait_for_motion(mark);
         sleep(0.3);
         // The deadman's fault, if it came to that, waits for somebody who knows.
-        bridge.call(Request::ClearFault).unwrap();
+        // Where a loaded machine has cost the line once more, he asks again.
+        let cleared = (0..10).any(|_| {
+            let cleared = bridge.call(Request::ClearFault).is_ok();
+            sleep(if cleared { 0.0 } else { 0.5 });
+            cleared
+        });
+        assert!(cleared, "seed {seed} pull {pull}");
         sleep(0.3);
         let (way, turn) = moved(&base, rest);
         assert!(way < 1e-3, "seed {seed} pull {pull}: {way} m by itself");

@@ -67,6 +67,14 @@ const STEPS: &[Step] = &[
             "--package base-bridge --features dds,foxglove --lib --bins --test dds --test foxglove",
         )
     }),
+    // Whose nodes tell of themselves in another way.
+    call("tests on Humble's network", |session, machine| {
+        tests(
+            session,
+            machine,
+            "--package base-bridge --features humble,foxglove --test dds the_node_is_known",
+        )
+    }),
     call("page: packages", |session, _| page::packages(session)).needs(&NODE),
     call("page: checks", |session, _| page::checks(session)).needs(&NODE),
     call("page: built", |session, _| page::built(session)).needs(&NODE),

@@ -235,7 +235,9 @@ impl Bridge {
                 Outcome::Reply(text) => Ok(text),
                 Outcome::Refused(why) => Err(why),
                 Outcome::Unanswered => Err("the base does not answer".to_owned()),
-                Outcome::NotSent => Err("not sent: a Stop came first".to_owned()),
+                Outcome::NotSent => {
+                    Err("not sent: a Stop came first, or there were too many".to_owned())
+                }
                 Outcome::Lost => Err("the line is lost".to_owned()),
             });
         } else if let Outcome::Reply(text) = answer.outcome {

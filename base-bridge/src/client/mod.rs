@@ -78,9 +78,9 @@ pub enum Outcome {
     Refused(String),
     /// No reply in time.
     Unanswered,
-    /// It has not been sent: a Stop came first, a newer one of its kind, or the line was lost or there were too many.
+    /// It has not been sent: a Stop came first, or a newer one of its kind, or there were too many.
     NotSent,
-    /// It has been sent, and the line was lost.
+    /// The line was lost, before its answer came.
     Lost,
 }
 
@@ -230,7 +230,7 @@ impl Client {
     /// The line is lost, and with it all that waits and all that is under way.
     pub fn lost(&mut self) {
         for old in std::mem::take(&mut self.waiting) {
-            self.end(old.ask, old.number, Outcome::NotSent);
+            self.end(old.ask, old.number, Outcome::Lost);
         }
         for line in std::mem::take(&mut self.under_way) {
             for number in line.numbers {

@@ -121,8 +121,8 @@ fn nothing_survives_the_line() {
     assert_eq!(
         outcomes,
         [
-            (Ask::Turn, Outcome::NotSent),
-            (Ask::Reset, Outcome::NotSent),
+            (Ask::Turn, Outcome::Lost),
+            (Ask::Reset, Outcome::Lost),
             (Ask::Move, Outcome::Lost),
             (Ask::Stop, Outcome::Lost),
         ]

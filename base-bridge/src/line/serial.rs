@@ -1,7 +1,7 @@
 //! A serial port.
 
 use super::{Door, Ends, READ_PATIENCE, WRITE_PATIENCE};
-use serialport::{ClearBuffer, SerialPort, TTYPort};
+use serialport::{ClearBuffer, SerialPort, SerialPortBuilder};
 use std::io::{Result, Write};
 use std::path::{Path, PathBuf};
 
@@ -20,15 +20,11 @@ impl Serial {
 
 impl Door for Serial {
     fn open(&mut self) -> Result<Ends> {
-        let path = self.path.to_string_lossy();
-        let port = serialport::new(path, self.baud).timeout(READ_PATIENCE);
-        let mut reader = TTYPort::open(&port)?;
-        // Nobody else shall talk to the base. A real port forgets that when it is closed; a pseudo-terminal never does, and would stay taken when this process
-        // is killed.
-        reader.set_exclusive(!is_pseudo_terminal(&self.path))?;
+        let port = serialport::new(self.path.to_string_lossy(), self.baud).timeout(READ_PATIENCE);
+        let reader = alone(port, &self.path).open()?;
         // What was written to a line that is gone must not come out of this one.
         reader.clear(ClearBuffer::All)?;
-        let mut writer = reader.try_clone_native()?;
+        let mut writer = reader.try_clone()?;
         writer.set_timeout(WRITE_PATIENCE)?;
         Ok(Ends {
             reader: Box::new(reader),
@@ -41,13 +37,24 @@ impl Door for Serial {
     }
 }
 
-fn is_pseudo_terminal(path: &Path) -> bool {
-    path.canonicalize()
-        .is_ok_and(|real| real.starts_with("/dev/pts"))
+/// Nobody else shall talk to the base. A real port forgets that when it is closed; a pseudo-terminal never does, and would stay taken when this process is
+/// killed.
+#[cfg(unix)]
+fn alone(port: SerialPortBuilder, path: &Path) -> SerialPortBuilder {
+    let is_pseudo_terminal = path
+        .canonicalize()
+        .is_ok_and(|real| real.starts_with("/dev/pts"));
+    port.exclusive(!is_pseudo_terminal)
+}
+
+/// There a port is always its opener's.
+#[cfg(not(unix))]
+fn alone(port: SerialPortBuilder, _: &Path) -> SerialPortBuilder {
+    port
 }
 
 /// A port that is not waited for: `flush` of a port waits until the last bit is out, and a line is 2 ms long.
-struct Flushed(TTYPort);
+struct Flushed(Box<dyn SerialPort>);
 
 impl Write for Flushed {
     fn write(&mut self, bytes: &[u8]) -> Result<usize> {

@@ -2,6 +2,7 @@
 //! of their own.
 //!
 //! Needs `ROS_PYTHON`, an interpreter that has `cyclonedds` (`cargo xtask test` makes one); without it the tests say so and are left out.
+#![cfg(unix)]
 
 #[path = "../common/mod.rs"]
 mod common;

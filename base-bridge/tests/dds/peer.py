@@ -193,7 +193,7 @@ class DiagnosticArray(IdlStruct, typename=ros("diagnostic_msgs", "DiagnosticArra
 
 @dataclass
 class Gid(IdlStruct, typename=ros("rmw_dds_common", "Gid")):
-    data: array[uint8, 16]
+    data: array[uint8, int(os.environ.get("GID_BYTES", "16"))]
 
 
 @dataclass
@@ -425,7 +425,7 @@ class Peer:
 
     def endpoints(self, kind, gids):
         """Topic and type of what DDS itself has found under these numbers."""
-        wanted = {bytes(gid.data) for gid in gids}
+        wanted = {bytes(gid.data)[:16] for gid in gids}
         found = {}
         reader = BuiltinDataReader(self.participant, kind)
 

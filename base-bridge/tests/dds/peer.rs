@@ -10,6 +10,9 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 /// Loopback, as Cyclone DDS needs it told.
 const LOOPBACK: &str = r#"<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General><Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers><MaxAutoParticipantIndex>60</MaxAutoParticipantIndex></Discovery></Domain></CycloneDDS>"#;
 
+/// The numbers of readers and writers, as ROS 2 of the network that this is built for tells them.
+const GID_BYTES: &str = if cfg!(feature = "dds") { "16" } else { "24" };
+
 /// A node that shares no code with the bridge.
 pub struct Peer {
     process: Child,
@@ -31,6 +34,7 @@ impl Peer {
             .args(["-B", &script])
             .args(arguments)
             .env("CYCLONEDDS_URI", LOOPBACK)
+            .env("GID_BYTES", GID_BYTES)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
