@@ -36,6 +36,7 @@ fn main() -> Result<()> {
     if let Some(address) = options.foxglove {
         let foxglove = base_bridge::foxglove::Foxglove::serve(address, names)?;
         networks.push(Box::new(foxglove));
+        tell(&format!("Foxglove: ws://{address}"));
     }
     if let Some(network) = join(&options, &app)? {
         networks.push(network);
@@ -44,11 +45,14 @@ fn main() -> Result<()> {
         !networks.is_empty(),
         "nobody to publish to: --print or --mcap, or a build with the feature `dds` (cargo bridge)"
     );
-    app.run(door, networks, |words| {
-        // Somebody may have closed it; the base is driven on.
-        let _ = writeln!(std::io::stderr(), "{words}");
-    });
+    app.run(door, networks, tell);
     Ok(())
+}
+
+/// Tells a person.
+fn tell(words: &str) {
+    // Somebody may have closed it; the base is driven on.
+    let _ = writeln!(std::io::stderr(), "{words}");
 }
 
 /// The node on the network, unless that is not wished.
@@ -67,6 +71,16 @@ fn join(options: &Options, app: &App) -> Result<Option<Box<dyn Network>>> {
         &environment,
         &app.inbox(),
     )?;
+    tell(&format!(
+        "node {} on the network of ROS_DOMAIN_ID {}{}",
+        options.node(),
+        environment.domain,
+        if environment.localhost_only {
+            ", this computer only"
+        } else {
+            ""
+        }
+    ));
     Ok(Some(Box::new(dds)))
 }
 

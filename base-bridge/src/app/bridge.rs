@@ -262,6 +262,7 @@ impl Bridge {
                     self.clock.resume();
                     self.client.expect_checks(self.params.line_checks);
                     self.counters.why.clear();
+                    self.counters.begin(self.client.unanswered());
                     self.say(format!("{}: {}", self.door, self.version));
                     self.estimate_rate.hurry();
                     self.diagnostics_rate.hurry();

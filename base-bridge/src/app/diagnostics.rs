@@ -31,6 +31,18 @@ pub(super) struct Counters {
     last: (f64, u64, u64, u64),
 }
 
+impl Counters {
+    /// Lines that have gone wrong.
+    fn wrong(&self, unanswered: u64) -> u64 {
+        self.damaged + self.strays + unanswered
+    }
+
+    /// The base is known: what went wrong before, while it started or somebody else was answered, is worth no look.
+    pub(super) fn begin(&mut self, unanswered: u64) {
+        self.last.3 = self.wrong(unanswered);
+    }
+}
+
 impl Bridge {
     /// Publishes all of it.
     pub(super) fn publish_diagnostics(&mut self, now: f64) {
@@ -69,7 +81,7 @@ impl Bridge {
         let dropped = self.told.as_ref().map_or(0, |told| told.dropped);
         let unanswered = self.client.unanswered();
         let counters = &mut self.counters;
-        let wrong = counters.damaged + counters.strays + unanswered;
+        let wrong = counters.wrong(unanswered);
         let (at, bytes_in, bytes_out, was_wrong) = counters.last;
         counters.last = (now, counters.bytes_in, counters.bytes_out, wrong);
         let seconds = (now - at).max(1e-3);

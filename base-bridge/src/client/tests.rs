@@ -121,7 +121,7 @@ fn nothing_survives_the_line() {
     assert_eq!(
         outcomes,
         [
-            (Ask::Turn, Outcome::Lost),
+            (Ask::Turn, Outcome::NotSent),
             (Ask::Reset, Outcome::Lost),
             (Ask::Move, Outcome::Lost),
             (Ask::Stop, Outcome::Lost),
