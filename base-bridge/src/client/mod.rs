@@ -2,7 +2,8 @@
 //! port.
 //!
 //! Each line has a tag and a check. Three may be unanswered; the protocol's fourth place is kept for Stop, which goes past all that waits. What waits and could
-//! move the base is forgotten then. Nothing at all survives the loss of the line but the wish to stop.
+//! move the base is forgotten then. What tells the base to do something goes before what is measured or asked, in the order in which it was said, and the last
+//! of it counts. Nothing survives the loss of the line.
 
 pub mod check;
 
@@ -60,12 +61,20 @@ impl Ask {
         matches!(self, Self::Observe | Self::Reset)
     }
 
-    /// Is the newest of these all that matters, so that one that waits is replaced by it?
-    fn replaces(self) -> bool {
-        matches!(
-            self,
-            Self::Move | Self::Turn | Self::GoTo | Self::Status | Self::Estimate
-        )
+    /// Does it tell the base to do something? It goes before all else, and keeps its order.
+    fn commands(self) -> bool {
+        self.moves() || matches!(self, Self::Reset | Self::ClearFault | Self::Enable)
+    }
+
+    /// Is one of these that waits of no use any more, now that this one is said?
+    fn outdates(self, old: Self) -> bool {
+        match self {
+            Self::Move => matches!(old, Self::Move | Self::GoTo),
+            Self::Turn => matches!(old, Self::Turn | Self::GoTo),
+            Self::GoTo => old.moves(),
+            Self::Observe | Self::Enable | Self::Status | Self::Estimate => self == old,
+            _ => false,
+        }
     }
 }
 
@@ -123,6 +132,12 @@ struct Waiting {
 #[derive(Clone, Debug)]
 struct UnderWay {
     tag: u16,
+    /// The how manieth line it is.
+    line: u64,
+    /// Of a Stop: the base was told to move behind it, …
+    followed: bool,
+    /// … and has agreed: what it does now was asked for later.
+    overtaken: bool,
     ask: Ask,
     numbers: Vec<u64>,
     deadline: f64,
@@ -133,6 +148,7 @@ struct UnderWay {
 pub struct Client {
     next_tag: u16,
     next_number: u64,
+    next_line: u64,
     waiting: VecDeque<Waiting>,
     under_way: Vec<UnderWay>,
     /// Those who want it to stop; empty if nobody does.
@@ -152,6 +168,7 @@ impl Client {
         Self {
             next_tag: first_tag % TAGS,
             next_number: 0,
+            next_line: 0,
             waiting: VecDeque::new(),
             under_way: Vec::new(),
             stops: Vec::new(),
@@ -185,15 +202,16 @@ impl Client {
             text,
             measured,
         };
-        let old = self.waiting.iter().position(|old| old.ask == ask);
-        if let Some(at) = old.filter(|_| ask.replaces()) {
-            // It keeps its place in the queue.
-            let old = std::mem::replace(&mut self.waiting[at], new);
-            self.end(old.ask, old.number, Outcome::NotSent);
-        } else if self.waiting.len() < WAITING {
-            self.waiting.push_back(new);
-        } else {
+        self.forget(|old| ask.outdates(old));
+        // Of what is told, as much waits as has been outdated; only what asks, or clears, can be too much.
+        if self.waiting.len() >= WAITING && !ask.moves() && ask != Ask::Enable {
             self.end(ask, number, Outcome::NotSent);
+        } else if ask.commands() {
+            let others = self.waiting.iter().position(|old| !old.ask.commands());
+            self.waiting
+                .insert(others.unwrap_or(self.waiting.len()), new);
+        } else {
+            self.waiting.push_back(new);
         }
         number
     }
@@ -202,15 +220,19 @@ impl Client {
     pub fn stop(&mut self) -> u64 {
         let number = self.number();
         self.stops.push(number);
-        let waiting = std::mem::take(&mut self.waiting);
-        for old in waiting {
-            if old.ask.moves() {
-                self.end(old.ask, old.number, Outcome::NotSent);
-            } else {
-                self.waiting.push_back(old);
-            }
-        }
+        self.forget(Ask::moves);
         number
+    }
+
+    /// Forgets what waits and is such.
+    fn forget(&mut self, is_such: impl Fn(Ask) -> bool) {
+        let (gone, left) = std::mem::take(&mut self.waiting)
+            .into_iter()
+            .partition::<VecDeque<_>, _>(|old| is_such(old.ask));
+        self.waiting = left;
+        for old in gone {
+            self.end(old.ask, old.number, Outcome::NotSent);
+        }
     }
 
     /// A Stop is on its way, or waits to be.
@@ -244,7 +266,9 @@ impl Client {
 
     /// The next line to be sent now, with its end, if any may be.
     pub fn next(&mut self, now: f64) -> Option<Vec<u8>> {
-        if !self.stops.is_empty() && !self.has_under_way(Ask::Stop) {
+        // One that is on its way says as much as a second, unless the base was told to move behind it.
+        let says_it = |line: &UnderWay| line.ask == Ask::Stop && !line.followed;
+        if !self.stops.is_empty() && !self.under_way.iter().any(says_it) {
             let numbers = std::mem::take(&mut self.stops);
             return Some(self.send(Ask::Stop, numbers, "Stop", now));
         }
@@ -273,7 +297,17 @@ impl Client {
             tag = (tag + 1) % TAGS;
         }
         self.next_tag = (tag + 1) % TAGS;
+        if ask.moves() {
+            let stops = self.under_way.iter_mut();
+            for stop in stops.filter(|line| line.ask == Ask::Stop) {
+                stop.followed = true;
+            }
+        }
+        self.next_line += 1;
         self.under_way.push(UnderWay {
+            line: self.next_line,
+            followed: false,
+            overtaken: false,
             tag,
             ask,
             numbers,
@@ -317,7 +351,13 @@ impl Client {
         let Some(line) = line.map(|at| self.under_way.remove(at)) else {
             return Heard::Stray;
         };
-        if line.ask == Ask::Stop && refusal.is_some() {
+        if line.ask.moves() && refusal.is_none() {
+            let before = |stop: &&mut UnderWay| stop.ask == Ask::Stop && stop.line < line.line;
+            for stop in self.under_way.iter_mut().filter(before) {
+                stop.overtaken = true;
+            }
+        }
+        if line.ask == Ask::Stop && refusal.is_some() && !line.overtaken {
             // It never refuses one that it has understood.
             self.stops.extend(line.numbers);
             return Heard::Answers(Vec::new());
@@ -334,7 +374,7 @@ impl Client {
         Heard::Answers(line.numbers.into_iter().map(answer).collect())
     }
 
-    /// What has ended without a reply. A Stop does not: it is sent again.
+    /// What has ended without a reply. A Stop does not, it is sent again, unless the base has since agreed to move.
     pub fn ended(&mut self, now: f64) -> Vec<Answer> {
         let mut at = 0;
         while let Some(line) = self.under_way.get(at) {
@@ -344,7 +384,7 @@ impl Client {
             }
             self.unanswered += 1;
             let line = self.under_way.remove(at);
-            if line.ask == Ask::Stop {
+            if line.ask == Ask::Stop && !line.overtaken {
                 self.stops.extend(line.numbers);
                 continue;
             }

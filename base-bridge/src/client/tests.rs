@@ -54,8 +54,8 @@ fn stop_goes_first_and_nothing_asked_before_it_moves_the_base() {
     client.stop();
     client.ask(Ask::Turn, "t inf 20");
     assert_eq!(next(&mut client, 0.0).unwrap(), "@7 Stop");
-    assert_eq!(next(&mut client, 0.0).unwrap(), "@8 GetStatus");
-    assert_eq!(next(&mut client, 0.0).unwrap(), "@9 t inf 20");
+    assert_eq!(next(&mut client, 0.0).unwrap(), "@8 t inf 20");
+    assert_eq!(next(&mut client, 0.0).unwrap(), "@9 GetStatus");
     assert_eq!(next(&mut client, 0.0), None);
     let ended: Vec<_> = client.ended(0.0);
     let asks: Vec<_> = ended.iter().map(|answer| answer.ask).collect();
@@ -87,20 +87,113 @@ fn stop_is_sent_until_it_is_answered() {
     assert!(!client.is_stopping());
 }
 
-#[test]
-fn the_newest_speed_is_the_one_that_is_sent() {
+/// Three that are under way: nothing but a Stop may be sent.
+fn busy() -> Client {
     let mut client = client();
-    for _ in 0..3 {
-        client.ask(Ask::Observe, "ObservePos");
+    for text in ["a", "b", "c"] {
+        client.ask(Ask::Params, text);
         next(&mut client, 0.0).unwrap();
     }
+    client
+}
+
+/// What goes out when there is room again.
+fn goes(client: &mut Client) -> Vec<String> {
+    for tag in 7..10 {
+        reply(client, &format!("@{tag} OK"));
+    }
+    let mut all = Vec::new();
+    while let Some(line) = next(client, 0.0) {
+        let (tag, text) = line.split_once(' ').unwrap();
+        all.push(text.to_owned());
+        reply(client, &format!("{tag} OK"));
+    }
+    all
+}
+
+#[test]
+fn the_newest_speed_is_the_one_that_is_sent() {
+    let mut client = busy();
     client.ask(Ask::Move, "m inf 0.1");
     client.ask(Ask::Turn, "t inf 10");
     client.ask(Ask::Move, "m inf 0.2");
-    reply(&mut client, "@7 Observed 1");
-    reply(&mut client, "@8 Observed 1");
-    assert_eq!(next(&mut client, 0.0).unwrap(), "@10 m inf 0.2");
-    assert_eq!(next(&mut client, 0.0).unwrap(), "@11 t inf 10");
+    client.ask(Ask::Turn, "t inf 20");
+    assert_eq!(goes(&mut client), ["m inf 0.2", "t inf 20"]);
+}
+
+#[test]
+fn the_last_command_is_the_one_that_counts() {
+    let mut client = busy();
+    client.ask(Ask::Move, "m inf 0.1");
+    client.ask(Ask::GoTo, "GoTo 1 2");
+    client.ask(Ask::Move, "m inf 0");
+    client.ask(Ask::Turn, "t inf 0");
+    assert_eq!(goes(&mut client), ["m inf 0", "t inf 0"]);
+    let mut client = busy();
+    client.ask(Ask::GoTo, "GoTo 1 2");
+    client.ask(Ask::Move, "m inf 0.1");
+    client.ask(Ask::Turn, "t inf 10");
+    client.ask(Ask::Reset, "ResetPos 0 0 0");
+    client.ask(Ask::GoTo, "GoTo 3 4");
+    // A goal is a place of the map as it is by then.
+    assert_eq!(goes(&mut client), ["ResetPos 0 0 0", "GoTo 3 4"]);
+}
+
+#[test]
+fn what_is_told_to_the_base_does_not_wait_for_what_is_measured() {
+    let mut client = busy();
+    for fix in 0..200 {
+        client.ask(Ask::Observe, format!("ObservePos {fix}"));
+    }
+    for status in 0..100 {
+        client.ask(Ask::Version, format!("GetVersion {status}"));
+    }
+    client.ask(Ask::Enable, "Disable");
+    client.ask(Ask::Move, "m inf 0");
+    let all = goes(&mut client);
+    assert_eq!(all[..3], ["Disable", "m inf 0", "ObservePos 199"]);
+}
+
+#[test]
+fn a_second_stop_does_not_wait_for_the_first_once_the_base_may_move_again() {
+    let mut client = client();
+    let first = client.stop();
+    assert_eq!(next(&mut client, 0.0).unwrap(), "@7 Stop");
+    let second = client.stop();
+    assert_eq!(next(&mut client, 0.0), None);
+    client.ask(Ask::Move, "m inf 0.3");
+    assert_eq!(next(&mut client, 0.01).unwrap(), "@8 m inf 0.3");
+    // What was asked before has been said too late.
+    assert_eq!(next(&mut client, 0.01).unwrap(), "@9 Stop");
+    for (tag, number) in [(7, first), (9, second)] {
+        let answers = reply(&mut client, &format!("@{tag} OK"));
+        let Heard::Answers(answers) = answers else {
+            panic!("{answers:?}");
+        };
+        assert_eq!(answers[0].number, number);
+    }
+}
+
+#[test]
+fn a_stop_that_was_overtaken_is_not_said_again() {
+    let mut client = client();
+    client.stop();
+    next(&mut client, 0.0).unwrap();
+    client.ask(Ask::GoTo, "GoTo 1 2");
+    next(&mut client, 0.0).unwrap();
+    // The base has obeyed it, and its answer is lost; the goal is under way.
+    reply(&mut client, "@8 OK");
+    assert_eq!(client.ended(0.6)[0].outcome, Outcome::Unanswered);
+    assert_eq!(next(&mut client, 0.6), None);
+    assert!(!client.is_stopping());
+    // One that has not been overtaken is.
+    client.ask(Ask::GoTo, "GoTo 1 2");
+    next(&mut client, 1.0).unwrap();
+    client.stop();
+    next(&mut client, 1.0).unwrap();
+    reply(&mut client, "@9 OK");
+    assert_eq!(client.ended(1.6), []);
+    assert_eq!(next(&mut client, 1.6).unwrap(), "@11 Stop");
 }
 
 #[test]
