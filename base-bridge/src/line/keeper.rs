@@ -68,10 +68,10 @@ pub fn keep(
                     let mut buffer = [0; 1024];
                     loop {
                         if given_up.load(Ordering::Relaxed) {
-                            break "given up".to_owned();
+                            break None;
                         }
                         match ends.reader.read(&mut buffer) {
-                            Ok(0) => break "closed".to_owned(),
+                            Ok(0) => break Some("closed".to_owned()),
                             Ok(count) => {
                                 heard = true;
                                 let bytes = buffer[..count].to_vec();
@@ -83,14 +83,17 @@ pub fn keep(
                                 ErrorKind::TimedOut
                                 | ErrorKind::WouldBlock
                                 | ErrorKind::Interrupted => {}
-                                _ => break error.to_string(),
+                                _ => break Some(error.to_string()),
                             },
                         }
                     }
                 }
-                Err(error) => error.to_string(),
+                Err(error) => Some(error.to_string()),
             };
-            if !tell(LineEvent::Down(format!("{}: {reason}", door.name()))) {
+            // Who has given it up knows why.
+            if let Some(reason) = reason
+                && !tell(LineEvent::Down(format!("{}: {reason}", door.name())))
+            {
                 return;
             }
             if heard {

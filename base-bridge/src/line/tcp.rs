@@ -1,6 +1,7 @@
 //! A base behind a TCP port: `cargo sim --tcp`, or a server of a serial port.
 
 use super::{Door, Ends, READ_PATIENCE, WRITE_PATIENCE};
+use socket2::SockRef;
 use std::io::{Error, ErrorKind, Result};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
@@ -28,6 +29,8 @@ impl Door for Tcp {
                 Ok(stream) => {
                     // Lines are short; to fill a packet first helps nobody.
                     stream.set_nodelay(true)?;
+                    // What a connection that is given up still holds must not come out when the network is back.
+                    SockRef::from(&stream).set_linger(Some(Duration::ZERO))?;
                     stream.set_read_timeout(Some(READ_PATIENCE))?;
                     stream.set_write_timeout(Some(WRITE_PATIENCE))?;
                     return Ok(Ends {
@@ -51,6 +54,20 @@ mod tests {
     use super::*;
     use std::io::{Read, Write};
     use std::net::TcpListener;
+
+    #[test]
+    fn what_was_on_its_way_is_dropped_with_the_connection() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut door = Tcp::new(listener.local_addr().unwrap().to_string());
+        let mut ends = door.open().unwrap();
+        let (mut far, _) = listener.accept().unwrap();
+        // Until neither side takes any more: some of it is on this side still.
+        while ends.writer.write(&vec![b'm'; 65536]).is_ok() {}
+        drop(ends);
+        let mut all = Vec::new();
+        let end = far.read_to_end(&mut all).unwrap_err();
+        assert_eq!(end.kind(), ErrorKind::ConnectionReset);
+    }
 
     #[test]
     fn bytes_go_both_ways_and_an_end_is_seen() {
