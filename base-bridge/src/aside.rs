@@ -1,7 +1,8 @@
-//! Networks that may have to wait, for a disk or for a pipe that nobody reads, each in a thread of its own: the base waits for none of them.
+//! What may have to wait, for a disk, for a terminal or for a pipe that nobody reads, each in a thread of its own: the base waits for none of them.
 
 use crate::network::Network;
 use ros_messages::base::Report;
+use std::io::Write;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, channel, sync_channel};
 use std::thread::Builder;
 use std::time::Duration;
@@ -11,29 +12,31 @@ const QUEUE: usize = 1000;
 /// The last of them are waited for so long.
 const FAREWELL: Duration = Duration::from_secs(2);
 
-/// A network that is waited for by its own thread only.
-pub struct Aside {
+/// Somebody who takes things.
+trait Taker<T> {
+    fn take(&mut self, thing: T);
+    fn end(&mut self) {}
+}
+
+/// The same in a thread of his own.
+struct Worker<T> {
     /// None after the end.
-    sender: Option<SyncSender<Report>>,
+    sender: Option<SyncSender<T>>,
     done: Receiver<()>,
     lost: u64,
 }
 
-impl Aside {
-    /// Puts a network aside.
-    ///
-    /// # Errors
-    /// If there is no thread for it.
-    pub fn new(mut network: impl Network + Send + 'static) -> std::io::Result<Self> {
-        let (sender, reports) = sync_channel::<Report>(QUEUE);
-        let (end, done) = channel();
+impl<T: Send + 'static> Worker<T> {
+    fn new(mut taker: impl Taker<T> + Send + 'static) -> std::io::Result<Self> {
+        let (sender, things) = sync_channel(QUEUE);
+        let (ended, done) = channel();
         Builder::new().name("aside".into()).spawn(move || {
-            for report in reports {
-                network.publish(&report);
+            for thing in things {
+                taker.take(thing);
             }
-            network.close();
+            taker.end();
             // Nobody may wait any more.
-            let _ = end.send(());
+            let _ = ended.send(());
         })?;
         Ok(Self {
             sender: Some(sender),
@@ -41,30 +44,101 @@ impl Aside {
             lost: 0,
         })
     }
-}
 
-impl Network for Aside {
-    fn publish(&mut self, report: &Report) {
-        let Some(sender) = &self.sender else {
-            return;
-        };
-        if let Err(TrySendError::Full(_)) = sender.try_send(report.clone()) {
+    fn put(&mut self, thing: T) {
+        if let Some(sender) = &self.sender
+            && let Err(TrySendError::Full(_)) = sender.try_send(thing)
+        {
             self.lost += 1;
         }
     }
 
-    fn close(&mut self) {
+    /// True if all was taken in time.
+    fn close(&mut self) -> bool {
         self.sender = None;
-        let ended = self.done.recv_timeout(FAREWELL).is_ok();
-        if self.lost > 0 {
-            eprintln!(
+        self.done.recv_timeout(FAREWELL).is_ok()
+    }
+}
+
+/// A network that is waited for by its own thread only.
+pub struct Aside(Worker<Report>);
+
+struct Publishes<N>(N);
+
+impl<N: Network> Taker<Report> for Publishes<N> {
+    fn take(&mut self, report: Report) {
+        self.0.publish(&report);
+    }
+
+    fn end(&mut self) {
+        self.0.close();
+    }
+}
+
+impl Aside {
+    /// Puts a network aside.
+    ///
+    /// # Errors
+    /// If there is no thread for it.
+    pub fn new(network: impl Network + Send + 'static) -> std::io::Result<Self> {
+        Ok(Self(Worker::new(Publishes(network))?))
+    }
+}
+
+impl Network for Aside {
+    fn publish(&mut self, report: &Report) {
+        self.0.put(report.clone());
+    }
+
+    fn close(&mut self) {
+        let ended = self.0.close();
+        if self.0.lost > 0 {
+            tell(&format!(
                 "what is written is too slow: {} reports are lost",
-                self.lost
-            );
+                self.0.lost
+            ));
         }
         if !ended {
-            eprintln!("what is written has no end: it waits for somebody");
+            tell("what is written has no end: it waits for somebody");
         }
+    }
+}
+
+/// Tells a person, who may let it wait.
+pub fn tell(words: &str) {
+    // Somebody may have closed it; the base is driven on.
+    let _ = writeln!(std::io::stderr(), "{words}");
+}
+
+/// Tells a person, and waits for nobody.
+pub struct Words(Worker<String>);
+
+struct Tells;
+
+impl Taker<String> for Tells {
+    fn take(&mut self, words: String) {
+        tell(&words);
+    }
+}
+
+impl Words {
+    /// On standard error.
+    ///
+    /// # Errors
+    /// If there is no thread for it.
+    pub fn new() -> std::io::Result<Self> {
+        Ok(Self(Worker::new(Tells)?))
+    }
+
+    /// Tells it, or not, when too much waits.
+    pub fn tell(&mut self, words: &str) {
+        self.0.put(words.to_owned());
+    }
+}
+
+impl Drop for Words {
+    fn drop(&mut self) {
+        self.0.close();
     }
 }
 
@@ -123,7 +197,7 @@ mod tests {
             aside.publish(&report(stamp));
         }
         assert!(begin.elapsed() < Duration::from_secs(1));
-        assert!(aside.lost >= 4 * QUEUE as u64 - 1);
+        assert!(aside.0.lost >= 4 * QUEUE as u64 - 1);
         aside.close();
         assert!(begin.elapsed() < FAREWELL + Duration::from_secs(1));
     }

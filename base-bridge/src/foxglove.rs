@@ -1,5 +1,6 @@
 //! Foxglove, live: what is published, to who opens the bridge's WebSocket.
 
+use crate::aside::tell;
 use crate::network::Network;
 use crate::time::now;
 use anyhow::{Context as _, Result, anyhow};
@@ -70,7 +71,7 @@ impl Network for Foxglove {
         for message in &all {
             if let Err(error) = self.log(message) {
                 // Two topics of one name, say. The base is driven on.
-                eprintln!("Foxglove: {error:#}");
+                tell(&format!("Foxglove: {error:#}"));
             }
         }
     }

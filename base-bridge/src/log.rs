@@ -1,5 +1,6 @@
 //! A log of what is published: an MCAP file that Foxglove and `ros2 bag` open.
 
+use crate::aside::tell;
 use crate::network::Network;
 use crate::time::now;
 use anyhow::{Context, Result};
@@ -55,7 +56,7 @@ impl Network for Log {
     fn publish(&mut self, report: &Report) {
         if let Err(error) = self.write(report) {
             // A full disk must not stop a base that somebody drives.
-            eprintln!("the log ends here: {error:#}");
+            tell(&format!("the log ends here: {error:#}"));
             self.file = None;
         }
     }
@@ -64,7 +65,7 @@ impl Network for Log {
         if let Some(mut recorder) = self.file.take()
             && let Err(error) = recorder.log().finish()
         {
-            eprintln!("the log has no end: {error:#}");
+            tell(&format!("the log has no end: {error:#}"));
         }
     }
 }

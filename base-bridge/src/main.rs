@@ -5,7 +5,7 @@ mod print;
 
 use anyhow::{Result, ensure};
 use base_bridge::app::App;
-use base_bridge::aside::Aside;
+use base_bridge::aside::{Aside, Words};
 use base_bridge::log::Log;
 use base_bridge::network::Network;
 use clap::Parser;
@@ -23,7 +23,14 @@ fn main() -> Result<()> {
     let door = options.door(&params)?;
     let app = App::new(params);
     let quit = app.quit();
-    ctrlc::set_handler(move || quit.quit())?;
+    let mut asked = false;
+    ctrlc::set_handler(move || {
+        // Who asks twice does not want to wait.
+        if std::mem::replace(&mut asked, true) {
+            std::process::exit(1);
+        }
+        quit.quit();
+    })?;
     let names = app.params().names(options.namespace(), options.name());
     let mut networks: Vec<Box<dyn Network>> = Vec::new();
     if options.print {
@@ -36,7 +43,7 @@ fn main() -> Result<()> {
     if let Some(address) = options.foxglove {
         let foxglove = base_bridge::foxglove::Foxglove::serve(address, names)?;
         networks.push(Box::new(foxglove));
-        tell(&format!("Foxglove: ws://{address}"));
+        base_bridge::aside::tell(&format!("Foxglove: ws://{address}"));
     }
     if let Some(network) = join(&options, &app)? {
         networks.push(network);
@@ -45,22 +52,22 @@ fn main() -> Result<()> {
         !networks.is_empty(),
         "nobody to publish to: --print or --mcap, or a build with the feature `dds` (cargo bridge)"
     );
-    app.run(door, networks, tell);
+    let mut words = Words::new()?;
+    app.run(door, networks, |said| words.tell(said));
     Ok(())
-}
-
-/// Tells a person.
-fn tell(words: &str) {
-    // Somebody may have closed it; the base is driven on.
-    let _ = writeln!(std::io::stderr(), "{words}");
 }
 
 /// The node on the network, unless that is not wished.
 #[cfg(feature = "node")]
 fn join(options: &Options, app: &App) -> Result<Option<Box<dyn Network>>> {
-    use base_bridge::dds::{Dds, environment::Environment};
+    use base_bridge::aside::tell;
+    use base_bridge::dds::Dds;
+    use base_bridge::dds::environment::{self, Environment};
     if options.offline {
         return Ok(None);
+    }
+    for name in environment::ignored() {
+        tell(&format!("{name} is set, and has no effect here"));
     }
     let mut environment = Environment::of_process()?;
     environment.localhost_only |= options.localhost_only;
