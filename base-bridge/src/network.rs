@@ -110,4 +110,10 @@ impl Inbox {
             .send(crate::app::Happening::Request(received))
             .is_ok()
     }
+
+    /// Nothing more will come: the bridge stops the base and ends.
+    pub fn end(&self) {
+        // It may have ended already.
+        let _ = self.sender.send(crate::app::Happening::Quit);
+    }
 }

@@ -24,7 +24,9 @@ impl Epoch {
     /// What the wall clock shows when the bridge's own time is 0, in nanoseconds since 1970. It moves when somebody sets the wall clock, so it is asked
     /// for again and again.
     pub fn wall_offset(&self) -> i64 {
-        now() - self.start.elapsed().as_nanos() as i64
+        // Whatever keeps this thread between the two makes the difference smaller.
+        let reading = |_| now() - self.start.elapsed().as_nanos() as i64;
+        (0..3).map(reading).max().unwrap_or(0)
     }
 }
 

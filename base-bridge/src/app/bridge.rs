@@ -20,6 +20,8 @@ use std::collections::BTreeMap;
 
 /// An open line on which telemetry is silent for this, s, is as good as lost. At slow rates, for four of its periods.
 const SILENCE: f64 = 1.0;
+/// A deadman that takes longer than this, s, is no protection.
+const LOOSE: f64 = 2.0;
 /// Its state is asked for this often, Hz: flags, which telemetry does not have.
 const STATUS_RATE: f64 = 2.0;
 
@@ -287,6 +289,17 @@ impl Bridge {
         });
         self.frames.set_max_speed(max_speed);
         self.noise = SpeedNoise::of(base);
+        if let Some(deadman) = self.loose_deadman() {
+            self.say(format!(
+                "deadman is {deadman} s: the base runs on when this bridge or its cable is gone"
+            ));
+        }
+    }
+
+    /// The base's deadman, if it does not stop the base soon. 0: it never does.
+    pub(super) fn loose_deadman(&self) -> Option<f64> {
+        let deadman = self.base.get("deadman")?;
+        (deadman == 0.0 || deadman > LOOSE).then_some(deadman)
     }
 
     fn boot(&mut self, cause: &str, now: f64) {
@@ -310,6 +323,10 @@ impl Bridge {
         let fault = self.told.as_ref().map(|told| told.fault.clone());
         if fault.is_none_or(|fault| fault != told.fault) {
             self.diagnostics_rate.hurry();
+            // Its event was sent while nobody listened.
+            if told.fault.as_deref() == Some("link") {
+                self.say("the base has stopped, fault link: the service clear_fault clears it");
+            }
         }
         self.publish_row(&told, sent, corrected);
         self.told = Some(told);
@@ -338,6 +355,10 @@ impl Bridge {
         }
         if self.up_since().is_some() {
             if now - self.heard > SILENCE.max(4.0 / self.params.rate_odom) {
+                // It may hear, though it is not heard.
+                self.velocity.forget();
+                self.client.stop();
+                self.send(now);
                 self.lose(&format!("{}: no telemetry", self.door));
             } else {
                 self.speak(now);

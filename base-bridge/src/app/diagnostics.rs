@@ -66,9 +66,15 @@ impl Bridge {
         let (level, message) = match (known, &fault) {
             (false, _) => (Level::Error, "not connected".to_owned()),
             (true, Some(fault)) => (Level::Error, format!("fault: {fault}")),
+            (true, None) if self.loose_deadman().is_some() => {
+                (Level::Warn, "no deadman to speak of".to_owned())
+            }
             (true, None) => (Level::Ok, "no fault".to_owned()),
         };
         let mut values = vec![("fault", fault.unwrap_or_else(|| "none".to_owned()))];
+        if let Some(deadman) = self.base.get("deadman") {
+            values.push(("deadman_s", deadman.to_string()));
+        }
         if let Some(status) = &self.status {
             let names = ["move_state", "turn_state", "motors"];
             let words = status.split_ascii_whitespace().map(str::to_owned);
@@ -111,6 +117,7 @@ impl Bridge {
     fn tick_status(&self) -> Status {
         let load = self.told.as_ref().and_then(|told| told.tick_load);
         let (level, message) = match load {
+            _ if self.up_since().is_none() => (Level::Warn, "not connected"),
             Some(load) if load > MUCH => (Level::Warn, "little time left in a tick"),
             Some(_) => (Level::Ok, "in time"),
             None => (Level::Ok, "not measured"),
@@ -133,7 +140,11 @@ impl Bridge {
         if let Some(offset) = self.clock.offset() {
             values.push(("offset_s", format!("{offset:.4}")));
         }
-        status("clock", Level::Ok, "follows".to_owned(), values)
+        let (level, message) = match self.up_since() {
+            Some(_) => (Level::Ok, "follows"),
+            None => (Level::Warn, "not connected"),
+        };
+        status("clock", level, message.to_owned(), values)
     }
 
     fn command_status(&self) -> Status {

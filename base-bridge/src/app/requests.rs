@@ -8,15 +8,21 @@ use crate::time::from_stamp;
 use ros_messages::base::covariance::turned;
 use ros_messages::base::frames::Pose;
 
+/// A goal or a pose that has waited for this bridge for longer than this, s, is of another time.
+const LATE: f64 = 1.0;
+
 impl Bridge {
     /// Takes a request. What came in before the base was known, at this line, is refused: nothing of before may move it.
     pub(super) fn request(&mut self, Received { request, at }: Received) {
         let ready = !self.leaving && self.up_since().is_some_and(|since| at >= since);
+        let late = self.epoch.now() - at > LATE;
         let (name, done) = match request {
             Request::Speeds { .. } if !ready => ("cmd_vel", Err(Refusal::NoBase)),
             Request::Fix { .. } if !ready => ("pose_fix", Err(Refusal::NoBase)),
             Request::Goal(_) if !ready => ("goal_pose", Err(Refusal::NoBase)),
             Request::SetPose(_, None) if !ready => ("initialpose", Err(Refusal::NoBase)),
+            Request::Goal(_) if late => ("goal_pose", Err(Refusal::Stale)),
+            Request::SetPose(_, None) if late => ("initialpose", Err(Refusal::Stale)),
             Request::SetPose(_, Some(reply))
             | Request::Stop(reply)
             | Request::ClearFault(reply)

@@ -26,6 +26,15 @@ pub struct Ears {
     end: futures_channel::oneshot::Sender<()>,
 }
 
+/// Ends the bridge when it is dropped.
+struct Deaf(Inbox);
+
+impl Drop for Deaf {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}
+
 /// Something that is heard, as a request to the bridge.
 type Heard = BoxStream<'static, Option<Request>>;
 
@@ -34,36 +43,37 @@ impl Ears {
     pub fn new(node: &mut Node, namespace: &str, params: &Params, inbox: &Inbox) -> Result<Self> {
         let qos = profile(params.command_qos());
         let name = |each: &str| whole(namespace, each);
-        let cmd_vel = name(&params.topic_cmd_vel);
-        // One of the two, never both on one name: a reader of the other type would take its bytes for its own.
-        let speeds = if params.cmd_vel_stamped {
-            subscribe(node, &cmd_vel, &qos, |twist: TwistStamped| {
-                stamped_speeds(&twist)
-            })?
-        } else {
-            subscribe(node, &cmd_vel, &qos, |twist: Twist| speeds(&twist, None))?
+        let mut heard = Vec::new();
+        let mut listen = |topic: &str, to: &mut dyn FnMut(&str) -> Result<Heard>| -> Result<()> {
+            // No name: that is left to others.
+            if !topic.is_empty() {
+                heard.push(to(&name(topic))?);
+            }
+            Ok(())
         };
-        let mut heard = vec![
-            speeds,
-            subscribe(
-                node,
-                &name(&params.topic_fix),
-                &qos,
-                |pose: PoseWithCovarianceStamped| fix(&pose),
-            )?,
-            subscribe(
-                node,
-                &name(&params.topic_goal),
-                &qos,
-                |pose: PoseStamped| goal(&pose),
-            )?,
-            subscribe(
-                node,
-                &name(&params.topic_initial),
-                &qos,
-                |pose: PoseWithCovarianceStamped| Request::SetPose(uncertain(&pose), None),
-            )?,
-        ];
+        listen(&params.topic_cmd_vel, &mut |topic| {
+            // One of the two, never both on one name: a reader of the other type would take its bytes for its own.
+            if params.cmd_vel_stamped {
+                subscribe(node, topic, &qos, |twist: TwistStamped| {
+                    stamped_speeds(&twist)
+                })
+            } else {
+                subscribe(node, topic, &qos, |twist: Twist| speeds(&twist, None))
+            }
+        })?;
+        listen(&params.topic_fix, &mut |topic| {
+            subscribe(node, topic, &qos, |pose: PoseWithCovarianceStamped| {
+                fix(&pose)
+            })
+        })?;
+        listen(&params.topic_goal, &mut |topic| {
+            subscribe(node, topic, &qos, |pose: PoseStamped| goal(&pose))
+        })?;
+        listen(&params.topic_initial, &mut |topic| {
+            subscribe(node, topic, &qos, |pose: PoseWithCovarianceStamped| {
+                Request::SetPose(uncertain(&pose), None)
+            })
+        })?;
         heard.extend(services(node, params, &name)?);
         let mut heard = select_all(heard);
         let (end, mut ended) = futures_channel::oneshot::channel::<()>();
@@ -71,6 +81,8 @@ impl Ears {
         let thread = std::thread::Builder::new()
             .name("dds".into())
             .spawn(move || {
+                // Whatever ends this: a bridge that hears nobody must not go on, for nobody could stop its base.
+                let _end = Deaf(inbox.clone());
                 futures_executor::block_on(async {
                     loop {
                         futures_util::select! {

@@ -142,6 +142,11 @@ fn is_topic(name: &String) -> bool {
 }
 
 #[allow(clippy::ptr_arg, reason = "a check takes what its parameter is")]
+fn is_topic_or_none(name: &String) -> bool {
+    name.is_empty() || is_name(name)
+}
+
+#[allow(clippy::ptr_arg, reason = "a check takes what its parameter is")]
 fn is_frame(name: &String) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_ascii_graphic()) && !name.starts_with('/')
 }
@@ -206,10 +211,10 @@ parameters! {
         topic_battery "battery_state": String = "battery_state", is_topic, "sensor_msgs/BatteryState";
         topic_diagnostics "diagnostics": String = "/diagnostics", is_topic, "diagnostic_msgs/DiagnosticArray";
         topic_joints "joint_states": String = "joint_states", is_topic, "sensor_msgs/JointState";
-        topic_cmd_vel "cmd_vel": String = "cmd_vel", is_topic, "geometry_msgs/Twist or TwistStamped";
-        topic_fix "pose_fix": String = "pose_fix", is_topic, "geometry_msgs/PoseWithCovarianceStamped: where somebody else sees the base";
-        topic_goal "goal_pose": String = "goal_pose", is_topic, "geometry_msgs/PoseStamped: where to go";
-        topic_initial "initialpose": String = "initialpose", is_topic, "geometry_msgs/PoseWithCovarianceStamped: where the base is, from now on";
+        topic_cmd_vel "cmd_vel": String = "cmd_vel", is_topic_or_none, "geometry_msgs/Twist or TwistStamped; empty: not listened to";
+        topic_fix "pose_fix": String = "pose_fix", is_topic_or_none, "geometry_msgs/PoseWithCovarianceStamped: where somebody else sees the base; empty: not listened to";
+        topic_goal "goal_pose": String = "goal_pose", is_topic_or_none, "geometry_msgs/PoseStamped: where to go; empty: not listened to";
+        topic_initial "initialpose": String = "initialpose", is_topic_or_none, "geometry_msgs/PoseWithCovarianceStamped: where the base is, from now on; empty: not listened to";
     }
     "services." {
         service_stop "stop": String = "stop", is_topic, "std_srvs/Trigger";
@@ -402,5 +407,8 @@ mod tests {
         }
         params.assign("use_sim_time:=false").unwrap();
         params.assign("cmd_vel.timeout:=1").unwrap();
+        // What comes in may be nobody's business here.
+        params.assign("topics.goal_pose:=\"\"").unwrap();
+        assert!(params.assign("topics.odom:=\"\"").is_err());
     }
 }
