@@ -14,6 +14,22 @@ pub struct Environment {
 /// Higher numbers have ports beyond those that there are.
 const MAX_DOMAIN: u16 = 232;
 
+/// What ROS 2 and its engines also read, and this does not.
+const IGNORED: [&str; 6] = [
+    "ROS_STATIC_PEERS",
+    "ROS_DISCOVERY_SERVER",
+    "ROS_SUPER_CLIENT",
+    "FASTRTPS_DEFAULT_PROFILES_FILE",
+    "FASTDDS_DEFAULT_PROFILES_FILE",
+    "CYCLONEDDS_URI",
+];
+
+/// Which of the process's variables are set and have no effect: who has set them should know.
+pub fn ignored() -> Vec<&'static str> {
+    let is_set = |name: &&str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    IGNORED.into_iter().filter(is_set).collect()
+}
+
 impl Environment {
     /// From the process's own variables.
     ///
