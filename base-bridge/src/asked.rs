@@ -7,26 +7,27 @@ use ros_messages::geometry_msgs::{
 use ros_messages::std_msgs::{Header, Time};
 
 /// The request that speeds are. What they may be is for the one to say who takes them.
-pub fn speeds(twist: &Twist, stamp: Option<Time>) -> Request {
+pub fn speeds(twist: &Twist, stamp: Option<i64>) -> Request {
     Request::Speeds {
         linear: [twist.linear.x, twist.linear.y, twist.linear.z],
         angular: [twist.angular.x, twist.angular.y, twist.angular.z],
-        stamp: stamp.map(Time::nanoseconds),
+        stamp,
     }
 }
 
-/// The same with a stamp. A stamp of zero, which many a sender leaves there, is none.
+/// ns since 1970. A stamp of zero, which many a sender leaves there, is none.
+fn stamp(header: &Header) -> Option<i64> {
+    (header.stamp != Time::default()).then(|| header.stamp.nanoseconds())
+}
+
+/// The same with a stamp.
 pub fn stamped_speeds(stamped: &TwistStamped) -> Request {
-    let stamp = stamped.header.stamp;
-    speeds(&stamped.twist, (stamp != Time::default()).then_some(stamp))
+    speeds(&stamped.twist, stamp(&stamped.header))
 }
 
 /// The request that a pose of somebody else is.
 pub fn fix(observed: &PoseWithCovarianceStamped) -> Request {
-    Request::Fix {
-        stamp: observed.header.stamp.nanoseconds(),
-        observed: uncertain(observed),
-    }
+    Request::Fix(uncertain(observed))
 }
 
 /// The request that a goal is.
@@ -45,6 +46,7 @@ pub fn uncertain(pose: &PoseWithCovarianceStamped) -> UncertainPose {
 fn framed(header: &Header, pose: &Pose) -> FramedPose {
     let (at, turned) = (pose.position, pose.orientation);
     FramedPose {
+        stamp: stamp(header),
         frame: header.frame_id.clone(),
         position: [at.x, at.y, at.z],
         orientation: [turned.x, turned.y, turned.z, turned.w],

@@ -7,6 +7,8 @@ use std::sync::mpsc::Sender;
 /// A position and a quaternion (x, y, z, w), in a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FramedPose {
+    /// When this is or was said, ns since 1970, if it has a stamp.
+    pub stamp: Option<i64>,
     /// The frame's name.
     pub frame: String,
     /// m.
@@ -39,12 +41,7 @@ pub enum Request {
         stamp: Option<i64>,
     },
     /// Where somebody else sees the base.
-    Fix {
-        /// The pose of the base.
-        observed: UncertainPose,
-        /// When, ns since 1970.
-        stamp: i64,
-    },
+    Fix(UncertainPose),
     /// Where to go.
     Goal(FramedPose),
     /// Where the base is, from now on; with or without somebody who waits for the answer.

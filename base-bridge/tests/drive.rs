@@ -3,10 +3,10 @@
 
 mod common;
 
-use base_bridge::network::{Request, UncertainPose};
+use base_bridge::network::{FramedPose, Request, UncertainPose};
 use base_bridge::params::Params;
 use common::cable::Wire;
-use common::{Base, Bridge, diagonal, pose, sleep, status, wait_for_base, wall};
+use common::{Base, Bridge, count, diagonal, pose, sleep, wait_for_base, wall};
 use ros_messages::base::Report;
 use ros_messages::base::frames::{Pose, wrapped};
 use vehicle_controller::params::Id;
@@ -63,9 +63,7 @@ fn numbers_that_are_none_move_nothing() {
     }
     assert!(base.speed().0 < REST);
     let counted = bridge.wait_for(bridge.mark() - 1, 3.0, |report| {
-        let refused = &status(report, "commands")?.values;
-        let of = |(_, text): &(_, String)| text == "cmd_vel not finite: 20";
-        refused.iter().any(of).then_some(())
+        (count(report, "refused cmd_vel not finite")? == 20).then_some(())
     });
     assert!(counted.is_some());
 }
@@ -173,13 +171,13 @@ fn fixes_move_the_map_and_not_odom() {
             let [x, y, theta] = truth.pose;
             let seen = offset.then(&Pose::new(x, y, theta));
             let stamp = wall() - truth.at.elapsed().as_nanos() as i64;
-            assert!(bridge.inbox.put(Request::Fix {
-                observed: UncertainPose {
-                    pose: pose("map", seen.x, seen.y, seen.theta),
-                    covariance: diagonal(0.02, 0.02),
+            assert!(bridge.inbox.put(Request::Fix(UncertainPose {
+                pose: FramedPose {
+                    stamp: Some(stamp),
+                    ..pose("map", seen.x, seen.y, seen.theta)
                 },
-                stamp,
-            }));
+                covariance: diagonal(0.02, 0.02),
+            })));
         }
     }
     sleep(1.0);
@@ -320,6 +318,25 @@ fn stamped_speeds_that_are_old_move_nothing() {
         say(1_000_000);
     }
     assert!(base.speed().0 > 0.2);
+}
+
+#[test]
+fn a_base_that_would_run_on_is_told_of() {
+    for (deadman, loose) in [(0.0, true), (60.0, true), (1.0, false)] {
+        let base = Base::start("default", 1, &[(Id::Deadman, deadman)]);
+        let bridge = Bridge::start(Wire(base.clone()), Params::default());
+        bridge.wait_until_up(0);
+        let words = format!("deadman is {deadman} s");
+        sleep(0.2);
+        let told = bridge.said().iter().any(|said| said.starts_with(&words));
+        assert_eq!(told, loose, "{:?}", bridge.said());
+        let message = if loose {
+            "no deadman to speak of"
+        } else {
+            "no fault"
+        };
+        wait_for_base(&bridge, 0, message);
+    }
 }
 
 #[test]

@@ -7,9 +7,10 @@ use base_bridge::line::serial::Serial;
 use base_bridge::network::Request;
 use base_bridge::params::Params;
 use common::cable::Usb;
-use common::{Base, Bridge, sleep};
+use common::{Base, Bridge, count, pose, sleep};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::time::Instant;
 use vehicle_controller::params::Id;
 
 /// Bases that are driven at the same time, and pulls of each: a hundred in all.
@@ -31,6 +32,26 @@ fn moved(base: &Base, since: f64) -> (f64, f64) {
         let here = (x - first[0]).hypot(y - first[1]);
         (here.max(way), (theta - first[2]).abs().max(turn))
     })
+}
+
+/// Somebody goes on to say speeds, and where to go, from the pull until just before the line is opened again, which is half a second after; the cable is
+/// plugged in between. None of that may ever reach the base.
+fn speak_to_nobody(bridge: &Bridge, v: f64, omega: f64, plug: impl FnOnce(), gone: f64) {
+    let (begin, mut plug) = (Instant::now(), Some(plug));
+    let passed = || begin.elapsed().as_secs_f64();
+    while passed() < 0.45 {
+        bridge.speeds(v, omega);
+        assert!(bridge.inbox.put(Request::Goal(pose("map", 1.0, 1.0, 0.0))));
+        sleep(0.02);
+        if passed() > gone
+            && let Some(plug) = plug.take()
+        {
+            plug();
+        }
+    }
+    if let Some(plug) = plug {
+        plug();
+    }
 }
 
 /// Pulls the cable of a base so often. Returns what took longest from the pull to rest, s beyond its deadman.
@@ -55,9 +76,7 @@ fn pulls(seed: u64) -> f64 {
         let pulled = base.now().t;
         usb.pull();
         let gone = random.random_range(0.0..0.4);
-        // Somebody goes on to say speeds to a line that is not there.
-        bridge.drive(v, omega, gone);
-        usb.plug();
+        speak_to_nobody(&bridge, v, omega, || usb.plug(), gone);
         base.wait_until(pulled + deadman + RAMP + SLACK);
         let (rest, mark) = (base.now().t, bridge.mark());
         let (speed, turn) = base.speed();
@@ -85,6 +104,14 @@ fn pulls(seed: u64) -> f64 {
         let (way, turn) = moved(&base, rest);
         assert!(way < 1e-3, "seed {seed} pull {pull}: {way} m by itself");
         assert!(turn < 0.01, "seed {seed} pull {pull}: {turn} rad by itself");
+        // Nothing that was said meanwhile is lost without a trace.
+        for topic in ["cmd_vel", "goal_pose"] {
+            let counted = bridge.wait_for(bridge.mark(), 3.0, |report| {
+                let refused = count(report, &format!("refused {topic} no base"))?;
+                (refused >= 10 * u64::from(pull + 1)).then_some(())
+            });
+            assert!(counted.is_some(), "seed {seed} pull {pull}: {topic}");
+        }
     }
     longest
 }

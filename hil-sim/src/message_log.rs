@@ -152,9 +152,9 @@ impl MessageLog {
                 format!("fault: {}", row.fault)
             },
             values: vec![
-                ("fault", row.fault.clone()),
-                ("move_state", row.move_state.clone()),
-                ("turn_state", row.turn_state.clone()),
+                ("fault".into(), row.fault.clone()),
+                ("move_state".into(), row.move_state.clone()),
+                ("turn_state".into(), row.turn_state.clone()),
             ],
         };
         let stamp = stamp(row);

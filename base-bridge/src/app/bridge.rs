@@ -217,7 +217,9 @@ impl Bridge {
 
     fn answers(&mut self, answers: Vec<Answer>, now: f64) {
         for answer in answers {
-            if let Link::Greeting(_, handshake) = &mut self.link {
+            if let Link::Greeting(_, handshake) = &mut self.link
+                && !self.leaving
+            {
                 let progress = handshake.hear(&answer, &mut self.client);
                 self.progress(progress, now);
             }
@@ -349,7 +351,9 @@ impl Bridge {
     pub(super) fn go_on(&mut self, now: f64) {
         let ended = self.client.ended(now);
         self.answers(ended, now);
-        if let Link::Greeting(_, handshake) = &mut self.link {
+        if let Link::Greeting(_, handshake) = &mut self.link
+            && !self.leaving
+        {
             let progress = handshake.look(now);
             self.progress(progress, now);
         }
@@ -430,7 +434,8 @@ impl Bridge {
         self.leaving = true;
         self.velocity.forget();
         self.client.stop();
-        if self.params.line_checks && self.up_since().is_some() {
+        // A base that was just being greeted may have been told to ask for checks.
+        if self.params.line_checks && !matches!(self.link, Link::Down) {
             self.client.ask(Ask::Params, "SetParam require_crc 0");
         }
     }

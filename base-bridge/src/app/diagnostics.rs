@@ -3,6 +3,7 @@
 use super::bridge::{Bridge, Link};
 use crate::time::stamp;
 use ros_messages::base::{Level, Report, Status};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// A tick that takes more than this share of its period is worth a look.
@@ -55,7 +56,7 @@ impl Bridge {
         ];
         self.reports.push(Report::Diagnostics {
             stamp: stamp(self.epoch.wall_offset(), now),
-            hardware: self.version.clone(),
+            hardware: self.door.clone(),
             statuses,
         });
     }
@@ -71,7 +72,10 @@ impl Bridge {
             }
             (true, None) => (Level::Ok, "no fault".to_owned()),
         };
-        let mut values = vec![("fault", fault.unwrap_or_else(|| "none".to_owned()))];
+        let mut values = vec![
+            ("fault", fault.unwrap_or_else(|| "none".to_owned())),
+            ("firmware", self.version.clone()),
+        ];
         if let Some(deadman) = self.base.get("deadman") {
             values.push(("deadman_s", deadman.to_string()));
         }
@@ -149,16 +153,21 @@ impl Bridge {
 
     fn command_status(&self) -> Status {
         let mut values = vec![
-            ("cmd_vel_limited", self.velocity.limited().to_string()),
-            ("cmd_vel_timeouts", self.velocity.timeouts().to_string()),
+            ("cmd_vel_limited".to_owned(), self.velocity.limited()),
+            ("cmd_vel_timeouts".to_owned(), self.velocity.timeouts()),
         ];
-        let of = |text: String| ("refused", text);
         let refused = self.refused.iter();
         values.extend(
-            refused.map(|((topic, why), count)| of(format!("{topic} {}: {count}", why.name()))),
+            refused
+                .map(|((topic, why), &count)| (format!("refused {topic} {}", why.name()), count)),
         );
         let by_base = self.counters.base_refused.iter();
-        values.extend(by_base.map(|(code, count)| of(format!("by the base, {code}: {count}"))));
+        values
+            .extend(by_base.map(|(code, &count)| (format!("refused by the base: {code}"), count)));
+        let values = values
+            .into_iter()
+            .map(|(name, count)| (name, count.to_string()))
+            .collect();
         status("commands", Level::Ok, String::new(), values)
     }
 }
@@ -167,12 +176,15 @@ fn status(
     name: &str,
     level: Level,
     message: String,
-    values: Vec<(&'static str, String)>,
+    values: Vec<(impl Into<Cow<'static, str>>, String)>,
 ) -> Status {
     Status {
         level,
         name: name.to_owned(),
         message,
-        values,
+        values: values
+            .into_iter()
+            .map(|(key, value)| (key.into(), value))
+            .collect(),
     }
 }

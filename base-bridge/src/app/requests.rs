@@ -8,21 +8,18 @@ use crate::time::from_stamp;
 use ros_messages::base::covariance::turned;
 use ros_messages::base::frames::Pose;
 
-/// A goal or a pose that has waited for this bridge for longer than this, s, is of another time.
-const LATE: f64 = 1.0;
+/// What is said once, and was said longer ago than this, s, is of another time. Clocks of two computers may differ by less.
+const OLD: f64 = 2.0;
 
 impl Bridge {
     /// Takes a request. What came in before the base was known, at this line, is refused: nothing of before may move it.
     pub(super) fn request(&mut self, Received { request, at }: Received) {
         let ready = !self.leaving && self.up_since().is_some_and(|since| at >= since);
-        let late = self.epoch.now() - at > LATE;
         let (name, done) = match request {
             Request::Speeds { .. } if !ready => ("cmd_vel", Err(Refusal::NoBase)),
-            Request::Fix { .. } if !ready => ("pose_fix", Err(Refusal::NoBase)),
+            Request::Fix(_) if !ready => ("pose_fix", Err(Refusal::NoBase)),
             Request::Goal(_) if !ready => ("goal_pose", Err(Refusal::NoBase)),
             Request::SetPose(_, None) if !ready => ("initialpose", Err(Refusal::NoBase)),
-            Request::Goal(_) if late => ("goal_pose", Err(Refusal::Stale)),
-            Request::SetPose(_, None) if late => ("initialpose", Err(Refusal::Stale)),
             Request::SetPose(_, Some(reply))
             | Request::Stop(reply)
             | Request::ClearFault(reply)
@@ -31,6 +28,12 @@ impl Bridge {
             {
                 // Without a line nobody can be told to stop. Its deadman does.
                 reply(Err("no base at the line".to_owned()));
+                return;
+            }
+            Request::ClearFault(reply) | Request::Enable(true, reply)
+                if self.fresh(None, at).is_err() =>
+            {
+                reply(Err(Refusal::Stale.name().to_owned()));
                 return;
             }
             Request::Speeds {
@@ -42,9 +45,9 @@ impl Bridge {
                 let taken = self.velocity.receive(linear, angular, age, at);
                 ("cmd_vel", taken)
             }
-            Request::Fix { observed, stamp } => ("pose_fix", self.fix(&observed, stamp)),
-            Request::Goal(goal) => ("goal_pose", self.goal(&goal)),
-            Request::SetPose(pose, reply) => ("initialpose", self.set_pose(&pose, reply)),
+            Request::Fix(observed) => ("pose_fix", self.fix(&observed)),
+            Request::Goal(goal) => ("goal_pose", self.goal(&goal, at)),
+            Request::SetPose(pose, reply) => ("initialpose", self.set_pose(&pose, at, reply)),
             Request::Stop(reply) => {
                 self.velocity.forget();
                 let number = self.client.stop();
@@ -71,7 +74,19 @@ impl Bridge {
         }
     }
 
-    fn fix(&mut self, observed: &UncertainPose, stamp: i64) -> Result<(), Refusal> {
+    /// Refuses what was said long ago: by its stamp, or by when it came in.
+    fn fresh(&self, stamp: Option<i64>, at: f64) -> Result<(), Refusal> {
+        let stamped = stamp.map(|stamp| from_stamp(self.epoch.wall_offset(), stamp));
+        if self.epoch.now() - stamped.unwrap_or(at).min(at) > OLD {
+            Err(Refusal::Stale)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn fix(&mut self, observed: &UncertainPose) -> Result<(), Refusal> {
+        // Without a stamp nobody knows where the base was then.
+        let stamp = observed.pose.stamp.ok_or(Refusal::Stale)?;
         let measured = from_stamp(self.epoch.wall_offset(), stamp);
         observation::timely(self.epoch.now() - measured)?;
         let (pose, covariance) = self.in_map(observed)?;
@@ -80,8 +95,14 @@ impl Bridge {
         Ok(())
     }
 
-    fn set_pose(&mut self, pose: &UncertainPose, reply: Option<Reply>) -> Result<(), Refusal> {
-        match self.in_map(pose) {
+    fn set_pose(
+        &mut self,
+        pose: &UncertainPose,
+        at: f64,
+        reply: Option<Reply>,
+    ) -> Result<(), Refusal> {
+        let fresh = self.fresh(pose.pose.stamp, at);
+        match fresh.and_then(|()| self.in_map(pose)) {
             Ok((pose, covariance)) => {
                 let line = observation::reset(&pose, &covariance);
                 let number = self.client.ask(Ask::Reset, line);
@@ -99,7 +120,8 @@ impl Bridge {
         }
     }
 
-    fn goal(&mut self, goal: &FramedPose) -> Result<(), Refusal> {
+    fn goal(&mut self, goal: &FramedPose, at: f64) -> Result<(), Refusal> {
+        self.fresh(goal.stamp, at)?;
         let (goal, _) = self.pose_in_map(goal)?;
         // Speeds that somebody said before are over, or they would end the way to the goal.
         self.velocity.forget();

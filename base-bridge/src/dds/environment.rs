@@ -26,8 +26,11 @@ const IGNORED: [&str; 6] = [
 
 /// Which of the process's variables are set and have no effect: who has set them should know.
 pub fn ignored() -> Vec<&'static str> {
-    let is_set = |name: &&str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    IGNORED.into_iter().filter(is_set).collect()
+    ignored_of(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))
+}
+
+fn ignored_of(is_set: impl Fn(&str) -> bool) -> Vec<&'static str> {
+    IGNORED.into_iter().filter(|name| is_set(name)).collect()
 }
 
 impl Environment {
@@ -73,7 +76,7 @@ impl Environment {
 
 #[cfg(test)]
 mod tests {
-    use super::Environment;
+    use super::{Environment, ignored_of};
 
     fn of(variables: &[(&str, &str)]) -> Result<Environment, String> {
         let variable = |name: &str| {
@@ -102,6 +105,13 @@ mod tests {
         assert_eq!(of(&[(only, "0"), (range, "LOCALHOST")]), network(0, true));
         assert_eq!(of(&[(range, "SUBNET")]), network(0, false));
         assert_eq!(of(&[(only, "1"), (range, "SUBNET")]), network(0, true));
+    }
+
+    #[test]
+    fn what_has_no_effect_is_told() {
+        let set = ["ROS_DISCOVERY_SERVER", "ROS_DOMAIN_ID", "CYCLONEDDS_URI"];
+        let ignored = ignored_of(|name| set.contains(&name));
+        assert_eq!(ignored, ["ROS_DISCOVERY_SERVER", "CYCLONEDDS_URI"]);
     }
 
     #[test]

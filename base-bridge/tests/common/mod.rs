@@ -174,6 +174,7 @@ impl Network for Seen {
 pub struct Bridge {
     pub inbox: Inbox,
     seen: Seen,
+    said: Arc<Mutex<Vec<String>>>,
     quit: Quit,
     thread: Option<JoinHandle<()>>,
 }
@@ -184,15 +185,19 @@ impl Bridge {
         let app = App::new(params);
         let (inbox, quit, seen) = (app.inbox(), app.quit(), Seen::default());
         let network = seen.clone();
+        let said = Arc::default();
+        let writing: Arc<Mutex<Vec<String>>> = Arc::clone(&said);
         let thread = std::thread::spawn(move || {
             let begin = Instant::now();
             app.run(Box::new(door), network, |words| {
                 eprintln!("{:8.3} {words}", begin.elapsed().as_secs_f64());
+                writing.lock().unwrap().push(words.to_owned());
             });
         });
         Self {
             inbox,
             seen,
+            said,
             quit,
             thread: Some(thread),
         }
@@ -201,6 +206,11 @@ impl Bridge {
     /// What it has published so far.
     pub fn reports(&self) -> Vec<Report> {
         self.seen.reports.0.lock().unwrap().clone()
+    }
+
+    /// What it has told a person so far.
+    pub fn said(&self) -> Vec<String> {
+        self.said.lock().unwrap().clone()
     }
 
     /// How much.
@@ -343,6 +353,13 @@ pub fn status<'a>(report: &'a Report, name: &str) -> Option<&'a Status> {
     statuses.iter().find(|status| status.name == name)
 }
 
+/// How often the bridge has refused something, or made it smaller.
+pub fn count(report: &Report, name: &str) -> Option<u64> {
+    let values = &status(report, "commands")?.values;
+    let value = values.iter().find(|(key, _)| key == name);
+    Some(value.map_or(0, |(_, count)| count.parse().unwrap()))
+}
+
 /// Waits until the base's part says this.
 pub fn wait_for_base(bridge: &Bridge, since: usize, message: &str) {
     let found = bridge.wait_for(since, 5.0, |report| {
@@ -357,6 +374,7 @@ pub fn wait_for_base(bridge: &Bridge, since: usize, message: &str) {
 /// A pose of a frame.
 pub fn pose(frame: &str, x: f64, y: f64, heading: f64) -> FramedPose {
     FramedPose {
+        stamp: None,
         frame: frame.to_owned(),
         position: [x, y, 0.0],
         orientation: base_bridge::commands::posture::quaternion(heading),

@@ -207,6 +207,29 @@ fn all_topics_are_there_and_the_node_is_known_by_them() {
     );
 }
 
+/// With Nav2 on the network, where to go is its business.
+#[test]
+fn what_has_no_name_is_left_to_others() {
+    alone("messages::what_has_no_name_is_left_to_others", || {
+        let stage = Stage::set();
+        let _bridge = stage.bridge(&[
+            "-p",
+            "topics.goal_pose:=\"\"",
+            "-p",
+            "topics.initialpose:=\"\"",
+        ]);
+        let mut peer = Peer::start("r1");
+        peer.ask("wait 10");
+        let others = READERS
+            .into_iter()
+            .filter(|reader| !reader.contains("goal_pose") && !reader.contains("initialpose"));
+        let others: Vec<_> = others.collect();
+        let node = peer.ask(&format!("nodes {} {}", others.len(), WRITERS.len()));
+        assert_eq!(texts(&node, "/readers"), others);
+        peer.ask("drive 0.3 0 1");
+    });
+}
+
 /// Somebody who does not take what he has asked for, reliably: nobody else waits for him.
 #[test]
 fn a_reader_that_has_stalled_holds_nobody_up() {

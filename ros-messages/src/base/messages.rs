@@ -223,7 +223,7 @@ fn diagnostic(node: &str, hardware: &str, status: &Status) -> DiagnosticStatus {
             .values
             .iter()
             .map(|(key, value)| KeyValue {
-                key: (*key).to_owned(),
+                key: key.clone().into_owned(),
                 value: value.clone(),
             })
             .collect(),
@@ -354,7 +354,7 @@ mod tests {
                 level: Level::Error,
                 name: "base: fault".into(),
                 message: "stall".into(),
-                values: vec![("fault", "stall".into())],
+                values: vec![("fault".into(), "stall".into())],
             }],
         };
         let [Message::Diagnostics(array)] = &messages(&Names::default(), &report)[..] else {

@@ -2,6 +2,7 @@
 
 use super::frames::Pose;
 use super::joints::Joint;
+use std::borrow::Cow;
 
 /// Where the base is and how it moves.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,8 +43,8 @@ pub struct Status {
     pub name: String,
     /// In words.
     pub message: String,
-    /// In numbers.
-    pub values: Vec<(&'static str, String)>,
+    /// In numbers, each with a name of its own.
+    pub values: Vec<(Cow<'static, str>, String)>,
 }
 
 /// What goes out.
