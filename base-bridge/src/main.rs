@@ -5,7 +5,7 @@ mod print;
 
 use anyhow::{Result, ensure};
 use base_bridge::app::App;
-use base_bridge::aside::{Aside, Words};
+use base_bridge::aside::{Aside, Words, tell};
 use base_bridge::log::Log;
 use base_bridge::network::Network;
 use clap::Parser;
@@ -37,13 +37,15 @@ fn main() -> Result<()> {
         networks.push(Box::new(Aside::new(Print)?));
     }
     if let Some(file) = &options.mcap {
-        networks.push(Box::new(Aside::new(Log::create(file, names.clone())?)?));
+        let log = Log::create(file, names.clone())?;
+        tell(&format!("log: {}", log.path().display()));
+        networks.push(Box::new(Aside::new(log)?));
     }
     #[cfg(feature = "foxglove")]
     if let Some(address) = options.foxglove {
         let foxglove = base_bridge::foxglove::Foxglove::serve(address, names)?;
         networks.push(Box::new(foxglove));
-        base_bridge::aside::tell(&format!("Foxglove: ws://{address}"));
+        tell(&format!("Foxglove: ws://{address}"));
     }
     if let Some(network) = join(&options, &app)? {
         networks.push(network);
@@ -60,7 +62,6 @@ fn main() -> Result<()> {
 /// The node on the network, unless that is not wished.
 #[cfg(feature = "node")]
 fn join(options: &Options, app: &App) -> Result<Option<Box<dyn Network>>> {
-    use base_bridge::aside::tell;
     use base_bridge::dds::Dds;
     use base_bridge::dds::environment::{self, Environment};
     if options.offline {

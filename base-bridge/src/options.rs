@@ -58,7 +58,7 @@ pub struct Options {
         default_missing_value = "127.0.0.1:8765"
     )]
     pub foxglove: Option<std::net::SocketAddr>,
-    /// Writes what is published to a file that Foxglove and `ros2 bag` open
+    /// Writes what is published to a file that Foxglove and `ros2 bag` open; one that is there is kept
     #[arg(long, value_name = "FILE")]
     pub mcap: Option<PathBuf>,
     /// Prints what is published

@@ -13,10 +13,10 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 /// Runs a simulated base for a while, ends it so, and gives the messages of the file by topic.
-fn logged(file: &Path, end: Signal) -> BTreeMap<String, Vec<Vec<u8>>> {
+fn logged(folder: &Path, file: &str, end: Signal) -> BTreeMap<String, Vec<Vec<u8>>> {
     let mut bridge = Command::new(cargo_bin!("base-bridge"))
         .args(["--sim", "--namespace", "r1", "--mcap"])
-        .arg(file)
+        .arg(folder.join("a.mcap"))
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
@@ -24,7 +24,7 @@ fn logged(file: &Path, end: Signal) -> BTreeMap<String, Vec<Vec<u8>>> {
     kill(Pid::from_raw(bridge.id() as i32), end).unwrap();
     let status = bridge.wait().unwrap();
     assert_eq!(status.success(), end == Signal::SIGTERM);
-    let bytes = std::fs::read(file).unwrap();
+    let bytes = std::fs::read(folder.join(file)).unwrap();
     let options = mcap::read::Options::IgnoreEndMagic;
     let mut topics: BTreeMap<String, Vec<Vec<u8>>> = BTreeMap::new();
     for message in mcap::MessageStream::new_with_options(&bytes, options.into()).unwrap() {
@@ -42,8 +42,9 @@ fn logged(file: &Path, end: Signal) -> BTreeMap<String, Vec<Vec<u8>>> {
 #[test]
 fn what_is_published_is_in_the_file() {
     let folder = tempfile::tempdir().unwrap();
-    for end in [Signal::SIGTERM, Signal::SIGKILL] {
-        let topics = logged(&folder.path().join("a.mcap"), end);
+    // The second is not told another name: what the first has written is kept.
+    for (end, file) in [(Signal::SIGTERM, "a.mcap"), (Signal::SIGKILL, "a-2.mcap")] {
+        let topics = logged(folder.path(), file, end);
         let names: Vec<_> = topics.keys().map(String::as_str).collect();
         assert_eq!(
             names,
