@@ -399,3 +399,12 @@ pub fn wall() -> i64 {
 pub fn sleep(seconds: f64) {
     std::thread::sleep(Duration::from_secs_f64(seconds));
 }
+
+/// How long speeds may take to the wheels' reference: half of them 3 ms, all but one of a hundred 15 ms.
+pub fn assert_prompt(mut times: Vec<f64>) {
+    times.sort_by(f64::total_cmp);
+    let at = |share: f64| times[(share * (times.len() - 1) as f64) as usize];
+    let [median, p90, p99, most] = [0.5, 0.9, 0.99, 1.0].map(at);
+    println!("ms: median {median:.2}, p90 {p90:.2}, p99 {p99:.2}, most {most:.2}");
+    assert!(median <= 3.0 && p99 <= 15.0);
+}

@@ -2,7 +2,7 @@
 //! `cargo test --release -p base-bridge --features dds --test dds -- --ignored --nocapture`.
 
 use crate::alone::alone;
-use crate::common::wall;
+use crate::common::{assert_prompt, wall};
 use crate::peer::{Peer, number, numbers};
 use crate::stage::Stage;
 use std::time::Instant;
@@ -34,16 +34,7 @@ fn a_speed_reaches_the_wheels_in_3_ms() {
                 .find(|truth| truth.reference != before);
             times.push((at(changed.unwrap()) - seconds) * 1e3);
         }
-        times.sort_by(f64::total_cmp);
-        let at = |share: f64| times[(share * (SPEEDS - 1) as f64) as usize];
-        println!(
-            "ms: median {:.2}, p90 {:.2}, p99 {:.2}, most {:.2}",
-            at(0.5),
-            at(0.9),
-            at(0.99),
-            at(1.0)
-        );
-        assert!(at(0.5) <= 3.0 && at(0.99) <= 15.0);
+        assert_prompt(times);
     });
 }
 
