@@ -248,6 +248,8 @@ fn goals_and_poses_with_old_stamps_are_refused() {
         wait_for_count(&bridge, &format!("refused {topic} stale"), 3);
     }
     assert!(moved(&base, begin) < 1e-3);
+    let told = |words: &str| bridge.said().iter().filter(|said| *said == words).count();
+    assert_eq!(told("goal_pose refused: stale"), 1);
     // A laptop's clock that is half a second behind is no reason.
     assert!(bridge.inbox.put(goal(Some(wall() - 500_000_000))));
     sleep(1.0);

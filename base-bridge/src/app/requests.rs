@@ -70,7 +70,12 @@ impl Bridge {
             }
         };
         if let Err(refusal) = done {
-            *self.refused.entry((name, refusal)).or_insert(0) += 1;
+            let count = self.refused.entry((name, refusal)).or_insert(0);
+            *count += 1;
+            // Diagnostics count them; that there are any, a person should not have to look for.
+            if *count == 1 {
+                self.say(format!("{name} refused: {}", refusal.name()));
+            }
         }
     }
 
