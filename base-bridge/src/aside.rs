@@ -92,14 +92,18 @@ impl Network for Aside {
 
     fn close(&mut self) {
         let ended = self.0.close();
+        // A terminal may be what has held it up.
+        let Ok(mut words) = Words::new() else {
+            return;
+        };
         if self.0.lost > 0 {
-            tell(&format!(
+            words.tell(&format!(
                 "what is written is too slow: {} reports are lost",
                 self.0.lost
             ));
         }
         if !ended {
-            tell("what is written has no end: it waits for somebody");
+            words.tell("what is written has no end: it waits for somebody");
         }
     }
 }

@@ -12,6 +12,10 @@ use clap::Parser;
 use options::Options;
 use print::Print;
 use std::io::Write;
+use std::time::{Duration, Instant};
+
+/// The base has been told to stop, and what is logged has its end, long before this.
+const PATIENCE: Duration = Duration::from_millis(1500);
 
 fn main() -> Result<()> {
     let options = Options::parse();
@@ -23,16 +27,17 @@ fn main() -> Result<()> {
     let door = options.door(&params)?;
     let app = App::new(params);
     let quit = app.quit();
-    let mut asked = false;
+    let mut asked: Option<Instant> = None;
     ctrlc::set_handler(move || {
-        // Who asks twice does not want to wait.
-        if std::mem::replace(&mut asked, true) {
+        // Who asks again after a while does not want to wait. A terminal that closes, or a script that passes on what its terminal says, asks twice at once.
+        if asked.get_or_insert_with(Instant::now).elapsed() > PATIENCE {
             std::process::exit(1);
         }
         quit.quit();
     })?;
     let names = app.params().names(options.namespace(), options.name());
-    let mut networks: Vec<Box<dyn Network>> = Vec::new();
+    // Who is on the network is told first that this is the end: files may have to wait.
+    let mut networks: Vec<Box<dyn Network>> = join(&options, &app)?.into_iter().collect();
     if options.print {
         networks.push(Box::new(Aside::new(Print)?));
     }
@@ -47,16 +52,12 @@ fn main() -> Result<()> {
         networks.push(Box::new(foxglove));
         tell(&format!("Foxglove: ws://{address}"));
     }
-    if let Some(network) = join(&options, &app)? {
-        networks.push(network);
-    }
     ensure!(
         !networks.is_empty(),
         "nobody to publish to: --print or --mcap, or a build with the feature `dds` (cargo bridge)"
     );
     let mut words = Words::new()?;
-    app.run(door, networks, |said| words.tell(said));
-    Ok(())
+    app.run(door, networks, |said| words.tell(said))
 }
 
 /// The node on the network, unless that is not wished.
@@ -67,8 +68,8 @@ fn join(options: &Options, app: &App) -> Result<Option<Box<dyn Network>>> {
     if options.offline {
         return Ok(None);
     }
-    for name in environment::ignored() {
-        tell(&format!("{name} is set, and has no effect here"));
+    for remark in environment::remarks(app.params().service_mapping()) {
+        tell(&remark);
     }
     let mut environment = Environment::of_process()?;
     environment.localhost_only |= options.localhost_only;

@@ -111,6 +111,6 @@ impl Inbox {
     /// Nothing more will come: the bridge stops the base and ends.
     pub fn end(&self) {
         // It may have ended already.
-        let _ = self.sender.send(crate::app::Happening::Quit);
+        let _ = self.sender.send(crate::app::Happening::Deaf);
     }
 }

@@ -113,6 +113,30 @@ fn a_simulated_base_is_joined_and_left() {
     );
 }
 
+/// A terminal that closes, or a script that passes on what its terminal says, asks twice at once; who asks again later does not want to wait.
+#[test]
+fn who_is_told_twice_to_end_ends_once() {
+    use nix::sys::signal::{Signal, kill};
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("a.mcap");
+    let mut child = bridge(&["--sim", "--print", "--mcap", log.to_str().unwrap()])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    wait_for(&mut child, "odom 1");
+    let pid = nix::unistd::Pid::from_raw(child.id() as i32);
+    for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP] {
+        kill(pid, signal).unwrap();
+    }
+    let mut rest = String::new();
+    let mut output = child.stdout.take().unwrap();
+    output.read_to_string(&mut rest).unwrap();
+    assert!(child.wait().unwrap().success());
+    let bytes = std::fs::read(&log).unwrap();
+    assert!(bytes.ends_with(b"\x89MCAP0\r\n"), "the log has its end");
+}
+
 #[test]
 fn a_port_that_is_not_there_is_waited_for() {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();

@@ -3,89 +3,11 @@
 
 mod common;
 
-use base_bridge::line::{Door, Ends};
 use base_bridge::network::{FramedPose, Request, UncertainPose};
 use base_bridge::params::Params;
-use common::cable::Wire;
+use common::cable::Tap;
 use common::{Base, Bridge, count, diagonal, pose, sleep, status, wait_for_base, wall};
-use std::io::{ErrorKind, Read, Result, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-
-/// A wire with a tap, whose base can be made mute, and which can hold up who writes.
-#[derive(Clone)]
-struct Tap {
-    base: Base,
-    /// What the base says is lost.
-    mute: Arc<AtomicBool>,
-    /// Bytes are not taken.
-    held: Arc<AtomicBool>,
-    /// What the bridge has written.
-    heard: Arc<Mutex<Vec<u8>>>,
-}
-
-impl Tap {
-    fn new(base: &Base) -> Self {
-        Self {
-            base: base.clone(),
-            mute: Arc::default(),
-            held: Arc::default(),
-            heard: Arc::default(),
-        }
-    }
-
-    /// The lines that the bridge has written since the last call, without their tags and checks.
-    fn lines(&self) -> Vec<String> {
-        let bytes = std::mem::take(&mut *self.heard.lock().unwrap());
-        let text = String::from_utf8(bytes).unwrap();
-        let bare = |line: &str| {
-            let line = line.split_once('*').map_or(line, |(line, _)| line);
-            let tagged = line.strip_prefix('@').and_then(|line| line.split_once(' '));
-            tagged.map_or(line, |(_, line)| line).to_owned()
-        };
-        text.lines().map(bare).collect()
-    }
-}
-
-struct Tapped<T>(T, Tap);
-
-impl Door for Tap {
-    fn open(&mut self) -> Result<Ends> {
-        let Ends { reader, writer } = Wire(self.base.clone()).open()?;
-        Ok(Ends {
-            reader: Box::new(Tapped(reader, self.clone())),
-            writer: Box::new(Tapped(writer, self.clone())),
-        })
-    }
-
-    fn name(&self) -> String {
-        "tapped wire".into()
-    }
-}
-
-impl<T: Read> Read for Tapped<T> {
-    fn read(&mut self, bytes: &mut [u8]) -> Result<usize> {
-        let count = self.0.read(bytes)?;
-        if count > 0 && self.1.mute.load(Ordering::Relaxed) {
-            return Err(ErrorKind::TimedOut.into());
-        }
-        Ok(count)
-    }
-}
-
-impl<T: Write> Write for Tapped<T> {
-    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
-        while self.1.held.load(Ordering::Relaxed) {
-            sleep(0.01);
-        }
-        self.1.heard.lock().unwrap().extend(bytes);
-        self.0.write(bytes)
-    }
-
-    fn flush(&mut self) -> Result<()> {
-        self.0.flush()
-    }
-}
+use std::sync::atomic::Ordering;
 
 fn start() -> (Base, Tap, Bridge) {
     let base = Base::start("default", 1, &[]);

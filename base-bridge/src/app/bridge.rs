@@ -20,6 +20,8 @@ use std::collections::BTreeMap;
 
 /// An open line on which telemetry is silent for this, s, is as good as lost. At slow rates, for four of its periods.
 const SILENCE: f64 = 1.0;
+/// A base that streams, and has not answered so many lines in a row, does not hear. There are at least two a second.
+const UNANSWERED: u64 = 8;
 /// A deadman that takes longer than this, s, is no protection.
 const LOOSE: f64 = 2.0;
 /// Its state is asked for this often, Hz: flags, which telemetry does not have.
@@ -59,6 +61,8 @@ pub(super) struct Bridge {
     pub(super) status: Option<String>,
     /// When the last telemetry came.
     heard: f64,
+    /// How many lines had not been answered when the last answer came.
+    unanswered: u64,
     /// Since the last telemetry the estimate may have been corrected.
     corrected: bool,
     pub(super) counters: Counters,
@@ -104,6 +108,7 @@ impl Bridge {
             told: None,
             status: None,
             heard: 0.0,
+            unanswered: 0,
             corrected: false,
             counters: Counters::default(),
             refused: BTreeMap::new(),
@@ -176,6 +181,7 @@ impl Bridge {
         self.splitter.clear();
         self.estimate = None;
         self.status = None;
+        self.told = None;
     }
 
     /// The line is lost, or given up.
@@ -217,6 +223,9 @@ impl Bridge {
 
     fn answers(&mut self, answers: Vec<Answer>, now: f64) {
         for answer in answers {
+            if matches!(answer.outcome, Outcome::Reply(_) | Outcome::Refused(_)) {
+                self.unanswered = self.client.unanswered();
+            }
             if let Link::Greeting(_, handshake) = &mut self.link
                 && !self.leaving
             {
@@ -239,9 +248,9 @@ impl Bridge {
                 Outcome::Reply(text) => Ok(text),
                 Outcome::Refused(why) => Err(why),
                 Outcome::Unanswered => Err("the base does not answer".to_owned()),
-                Outcome::NotSent => {
-                    Err("not sent: a Stop came first, or there were too many".to_owned())
-                }
+                Outcome::NotSent => Err(
+                    "not sent: a Stop or a newer one came first, or there were too many".to_owned(),
+                ),
                 Outcome::Lost => Err("the line is lost".to_owned()),
             });
         } else if let Outcome::Reply(text) = answer.outcome {
@@ -358,19 +367,31 @@ impl Bridge {
             self.progress(progress, now);
         }
         if self.up_since().is_some() {
-            if now - self.heard > SILENCE.max(4.0 / self.params.rate_odom) {
-                // It may hear, though it is not heard.
-                self.velocity.forget();
-                self.client.stop();
-                self.send(now);
-                self.lose(&format!("{}: no telemetry", self.door));
-            } else {
-                self.speak(now);
+            match self.missing(now) {
+                Some(missing) => {
+                    // It may hear, though it is not heard.
+                    self.velocity.forget();
+                    self.client.stop();
+                    self.send(now);
+                    self.lose(&format!("{}: no {missing}", self.door));
+                }
+                None => self.speak(now),
             }
         }
         self.send(now);
         if self.diagnostics_rate.is_due(now, 0.0) {
             self.publish_diagnostics(now);
+        }
+    }
+
+    /// What does not come from a base that is known.
+    fn missing(&self, now: f64) -> Option<&'static str> {
+        if now - self.heard > SILENCE.max(4.0 / self.params.rate_odom) {
+            Some("telemetry")
+        } else if self.client.unanswered() >= self.unanswered + UNANSWERED {
+            Some("answers")
+        } else {
+            None
         }
     }
 

@@ -13,6 +13,7 @@ use crate::line::keeper::{self, LineEvent};
 use crate::network::{Inbox, Network, Received};
 use crate::params::Params;
 use crate::time::Epoch;
+use anyhow::{Result, ensure};
 use bridge::Bridge;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
@@ -36,6 +37,8 @@ pub enum Happening {
     Request(Received),
     /// The process is told to end.
     Quit,
+    /// Nobody on the network can be heard any more.
+    Deaf,
 }
 
 /// Ends the bridge, from another thread.
@@ -86,7 +89,15 @@ impl App {
     }
 
     /// Runs until it is told to end; the base is stopped then. `tell` takes what a person might want to read.
-    pub fn run(self, door: Box<dyn Door>, mut network: impl Network, mut tell: impl FnMut(&str)) {
+    ///
+    /// # Errors
+    /// If it ends because nobody could tell it any more to stop the base.
+    pub fn run(
+        self,
+        door: Box<dyn Door>,
+        mut network: impl Network,
+        mut tell: impl FnMut(&str),
+    ) -> Result<()> {
         let Self {
             params,
             epoch,
@@ -98,7 +109,7 @@ impl App {
             sender.send(Happening::Line(event)).is_ok()
         });
         let mut bridge = Bridge::new(params, epoch, name);
-        let mut until = None;
+        let (mut until, mut deaf) = (None, false);
         loop {
             let now = epoch.now();
             let wake = bridge.next_deadline(now).min(now + IDLE);
@@ -111,11 +122,12 @@ impl App {
                         match happening {
                             Happening::Line(event) => bridge.line(event, epoch.now()),
                             Happening::Request(received) => bridge.request(received),
-                            Happening::Quit if until.is_none() => {
+                            Happening::Quit | Happening::Deaf if until.is_some() => {}
+                            end @ (Happening::Quit | Happening::Deaf) => {
+                                deaf = matches!(end, Happening::Deaf);
                                 until = Some(epoch.now() + FAREWELL);
                                 bridge.leave();
                             }
-                            Happening::Quit => {}
                         }
                     }
                 }
@@ -123,15 +135,16 @@ impl App {
             }
             let now = epoch.now();
             bridge.go_on(now);
-            for report in bridge.reports() {
-                network.publish(&report);
-            }
             for word in bridge.words() {
                 tell(&word);
             }
+            for report in bridge.reports() {
+                network.publish(&report);
+            }
             if until.is_some_and(|until| now >= until || bridge.has_left()) {
                 network.close();
-                return;
+                ensure!(!deaf, "the network can no longer be heard");
+                return Ok(());
             }
         }
     }

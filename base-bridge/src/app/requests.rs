@@ -61,7 +61,9 @@ impl Bridge {
             }
             Request::Enable(enable, reply) => {
                 if !enable {
+                    // A Stop is said until it is answered; this is not.
                     self.velocity.forget();
+                    self.client.stop();
                 }
                 let line = if enable { "Enable" } else { "Disable" };
                 let number = self.client.ask(Ask::Enable, line);
@@ -128,8 +130,9 @@ impl Bridge {
     fn goal(&mut self, goal: &FramedPose, at: f64) -> Result<(), Refusal> {
         self.fresh(goal.stamp, at)?;
         let (goal, _) = self.pose_in_map(goal)?;
-        // Speeds that somebody said before are over, or they would end the way to the goal.
+        // Speeds that somebody said before are over, or they would end the way to the goal; also if the base refuses it, or never hears of it.
         self.velocity.forget();
+        self.client.stop();
         self.client.ask(Ask::GoTo, posture::go_to(&goal));
         Ok(())
     }

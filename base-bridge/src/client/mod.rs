@@ -2,8 +2,8 @@
 //! port.
 //!
 //! Each line has a tag and a check. Three may be unanswered; the protocol's fourth place is kept for Stop, which goes past all that waits. What waits and could
-//! move the base is forgotten then. What tells the base to do something goes before what is measured or asked, in the order in which it was said, and the last
-//! of it counts. Nothing survives the loss of the line.
+//! move the base is forgotten then. What tells the base to do something goes before what is measured or asked, though not for ever, in the order in which it
+//! was said, and the last of it counts. Nothing survives the loss of the line.
 
 pub mod check;
 
@@ -16,6 +16,8 @@ pub const DEADLINE: f64 = 0.5;
 const UNDER_WAY: usize = 3;
 /// Lines that may wait. More than one of each kind does not happen, but for what others ask for.
 const WAITING: usize = 32;
+/// Commands that may pass what is measured or asked, in a row: on a line that carries no more than them, it would never go.
+const PASSED: u32 = 3;
 /// Tags are short, for they travel with each line, and come back long after their line's deadline.
 const TAGS: u16 = 1000;
 
@@ -72,8 +74,9 @@ impl Ask {
             Self::Move => matches!(old, Self::Move | Self::GoTo),
             Self::Turn => matches!(old, Self::Turn | Self::GoTo),
             Self::GoTo => old.moves(),
-            Self::Observe | Self::Enable | Self::Status | Self::Estimate => self == old,
-            _ => false,
+            Self::Stop | Self::Version | Self::Params | Self::Stream => false,
+            // Many a command that waits would keep the next one waiting.
+            _ => self == old,
         }
     }
 }
@@ -87,7 +90,7 @@ pub enum Outcome {
     Refused(String),
     /// No reply in time.
     Unanswered,
-    /// It has not been sent: a Stop came first, or a newer one of its kind, or there were too many.
+    /// It has not been sent: a Stop came first, or a newer one that replaces it, or there were too many.
     NotSent,
     /// The line was lost, before its answer came.
     Lost,
@@ -149,7 +152,10 @@ pub struct Client {
     next_tag: u16,
     next_number: u64,
     next_line: u64,
+    /// Commands first.
     waiting: VecDeque<Waiting>,
+    /// Commands that have just passed what else waits.
+    passed: u32,
     under_way: Vec<UnderWay>,
     /// Those who want it to stop; empty if nobody does.
     stops: Vec<u64>,
@@ -170,6 +176,7 @@ impl Client {
             next_number: 0,
             next_line: 0,
             waiting: VecDeque::new(),
+            passed: 0,
             under_way: Vec::new(),
             stops: Vec::new(),
             byte_time: 10.0 / f64::from(baud.max(1)),
@@ -203,8 +210,8 @@ impl Client {
             measured,
         };
         self.forget(|old| ask.outdates(old));
-        // Of what is told, as much waits as has been outdated; only what asks, or clears, can be too much.
-        if self.waiting.len() >= WAITING && !ask.moves() && ask != Ask::Enable {
+        // Of what is told, no more than one of each waits; only what is asked can be too much.
+        if self.waiting.len() >= WAITING && !ask.commands() {
             self.end(ask, number, Outcome::NotSent);
         } else if ask.commands() {
             let others = self.waiting.iter().position(|old| !old.ask.commands());
@@ -219,8 +226,13 @@ impl Client {
     /// Stops the base before anything else is said, and again until it answers. Whatever waits and could move it is forgotten.
     pub fn stop(&mut self) -> u64 {
         let number = self.number();
-        self.stops.push(number);
         self.forget(Ask::moves);
+        // One that is on its way says as much as a second, unless the base was told to move behind it.
+        let says_it = |line: &&mut UnderWay| line.ask == Ask::Stop && !line.followed;
+        match self.under_way.iter_mut().find(says_it) {
+            Some(line) => line.numbers.push(number),
+            None => self.stops.push(number),
+        }
         number
     }
 
@@ -266,14 +278,14 @@ impl Client {
 
     /// The next line to be sent now, with its end, if any may be.
     pub fn next(&mut self, now: f64) -> Option<Vec<u8>> {
-        // One that is on its way says as much as a second, unless the base was told to move behind it.
-        let says_it = |line: &UnderWay| line.ask == Ask::Stop && !line.followed;
-        if !self.stops.is_empty() && !self.under_way.iter().any(says_it) {
+        if !self.stops.is_empty() {
             let numbers = std::mem::take(&mut self.stops);
             return Some(self.send(Ask::Stop, numbers, "Stop", now));
         }
-        let others = self.under_way.iter().filter(|line| line.ask != Ask::Stop);
-        if others.count() >= UNDER_WAY {
+        // One place is a Stop's; a second one takes another's.
+        let stops = self.under_way.iter().filter(|line| line.ask == Ask::Stop);
+        let stops = stops.count();
+        if self.under_way.len() - stops.min(1) >= UNDER_WAY {
             return None;
         }
         let Waiting {
@@ -281,7 +293,7 @@ impl Client {
             number,
             mut text,
             measured,
-        } = self.waiting.pop_front()?;
+        } = self.take()?;
         if let Some(measured) = measured {
             // The age when the line has arrived: with blank, age, tag, check and end it is some 20 bytes longer.
             let sending = (text.len() + 20) as f64 * self.byte_time;
@@ -289,6 +301,22 @@ impl Client {
             text = format!("{text} {age:.4}");
         }
         Some(self.send(ask, vec![number], &text, now))
+    }
+
+    /// What is to be sent first of what waits.
+    fn take(&mut self) -> Option<Waiting> {
+        let other = self.waiting.iter().position(|old| !old.ask.commands());
+        match other {
+            Some(1..) if self.passed < PASSED => {
+                self.passed += 1;
+                self.waiting.pop_front()
+            }
+            Some(at) => {
+                self.passed = 0;
+                self.waiting.remove(at)
+            }
+            None => self.waiting.pop_front(),
+        }
     }
 
     fn send(&mut self, ask: Ask, numbers: Vec<u64>, text: &str, now: f64) -> Vec<u8> {

@@ -159,19 +159,73 @@ fn a_second_stop_does_not_wait_for_the_first_once_the_base_may_move_again() {
     let mut client = client();
     let first = client.stop();
     assert_eq!(next(&mut client, 0.0).unwrap(), "@7 Stop");
+    // It is on its way: the same will answer both, and what is asked behind both is obeyed.
     let second = client.stop();
     assert_eq!(next(&mut client, 0.0), None);
-    client.ask(Ask::Move, "m inf 0.3");
-    assert_eq!(next(&mut client, 0.01).unwrap(), "@8 m inf 0.3");
-    // What was asked before has been said too late.
+    client.ask(Ask::GoTo, "GoTo 1 2");
+    assert_eq!(next(&mut client, 0.01).unwrap(), "@8 GoTo 1 2");
+    assert_eq!(next(&mut client, 0.01), None);
+    let third = client.stop();
     assert_eq!(next(&mut client, 0.01).unwrap(), "@9 Stop");
-    for (tag, number) in [(7, first), (9, second)] {
+    for (tag, expected) in [(7, vec![first, second]), (9, vec![third])] {
         let answers = reply(&mut client, &format!("@{tag} OK"));
         let Heard::Answers(answers) = answers else {
             panic!("{answers:?}");
         };
-        assert_eq!(answers[0].number, number);
+        let numbers: Vec<_> = answers.iter().map(|answer| answer.number).collect();
+        assert_eq!(numbers, expected);
     }
+}
+
+#[test]
+fn more_than_four_are_never_under_way_but_for_a_stop() {
+    let mut client = client();
+    let mut stops = 0;
+    for round in 0..10 {
+        client.stop();
+        client.ask(Ask::Move, "m inf 0.3");
+        client.ask(Ask::Turn, "t inf 20");
+        while let Some(line) = next(&mut client, 0.0) {
+            let last_is_stop = line.ends_with("Stop");
+            stops += u32::from(last_is_stop);
+            assert!(
+                client.under_way.len() <= 4 || last_is_stop,
+                "{round}: {line}"
+            );
+        }
+    }
+    assert!(stops < 5, "{stops}");
+}
+
+#[test]
+fn commands_pass_others_but_not_for_ever() {
+    let mut client = busy();
+    client.ask(Ask::Observe, "ObservePos");
+    client.ask(Ask::Estimate, "GetEstPos");
+    for tag in 7..10 {
+        reply(&mut client, &format!("@{tag} OK"));
+    }
+    let mut all = Vec::new();
+    for speed in 0..12 {
+        client.ask(Ask::Move, format!("m inf {speed}"));
+        let line = next(&mut client, 0.0).unwrap();
+        let (tag, text) = line.split_once(' ').unwrap();
+        reply(&mut client, &format!("{tag} OK"));
+        all.push(text.to_owned());
+    }
+    let others: Vec<_> = (0..12).filter(|&at| !all[at].starts_with('m')).collect();
+    assert_eq!(others, [3, 7], "{all:?}");
+}
+
+#[test]
+fn a_flood_of_poses_holds_no_command_up() {
+    let mut client = busy();
+    for pose in 0..100 {
+        client.ask(Ask::Reset, format!("ResetPos {pose}"));
+        client.ask(Ask::Move, format!("m inf {pose}"));
+    }
+    client.ask(Ask::Enable, "Disable");
+    assert_eq!(goes(&mut client), ["ResetPos 99", "m inf 99", "Disable"]);
 }
 
 #[test]

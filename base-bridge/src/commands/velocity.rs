@@ -195,9 +195,13 @@ impl Velocity {
     }
 }
 
-/// `m inf v` and `t inf ω`: the sign is the distance's, the speed has none; with 0 the axis stops and holds.
+/// `m inf v` and `t inf ω`: the sign is the distance's, the speed has none; with 0 the axis stops and holds. Rounded towards zero: a base refuses what is
+/// beyond its limit by any digit.
 fn line(command: &str, speed: f64, decimals: usize) -> String {
-    let magnitude = decimal(speed.abs(), decimals);
+    let unit = 10_f64.powi(-(decimals as i32));
+    // What a binary number is short of its decimals is not taken for a digit less.
+    let units = (speed.abs() / unit + 1e-6).floor();
+    let magnitude = decimal(units * unit, decimals);
     let sign = if speed < 0.0 && magnitude != "0" {
         "-"
     } else {

@@ -1,5 +1,6 @@
 //! What ROS 2 reads from the environment about its network. A program that is no part of ROS has to read it by itself.
 
+use crate::params::ServiceMapping as Mapping;
 use anyhow::{Result, bail};
 
 /// The network that is joined.
@@ -15,7 +16,8 @@ pub struct Environment {
 const MAX_DOMAIN: u16 = 232;
 
 /// What ROS 2 and its engines also read, and this does not.
-const IGNORED: [&str; 6] = [
+const IGNORED: [&str; 7] = [
+    "ROS_SECURITY_ENABLE",
     "ROS_STATIC_PEERS",
     "ROS_DISCOVERY_SERVER",
     "ROS_SUPER_CLIENT",
@@ -24,13 +26,32 @@ const IGNORED: [&str; 6] = [
     "CYCLONEDDS_URI",
 ];
 
-/// Which of the process's variables are set and have no effect: who has set them should know.
-pub fn ignored() -> Vec<&'static str> {
-    ignored_of(|name| std::env::var_os(name).is_some_and(|value| !value.is_empty()))
+/// What somebody should know who has set the process's variables so, and why nobody hears him.
+pub fn remarks(services: Mapping) -> Vec<String> {
+    remarks_on(
+        |name| std::env::var(name).ok().filter(|value| !value.is_empty()),
+        services,
+    )
 }
 
-fn ignored_of(is_set: impl Fn(&str) -> bool) -> Vec<&'static str> {
-    IGNORED.into_iter().filter(|name| is_set(name)).collect()
+fn remarks_on(variable: impl Fn(&str) -> Option<String>, services: Mapping) -> Vec<String> {
+    let ignored = IGNORED.into_iter().filter(|name| variable(name).is_some());
+    let mut remarks: Vec<_> = ignored
+        .map(|name| format!("{name} is set, and has no effect here"))
+        .collect();
+    let engine = variable("RMW_IMPLEMENTATION").unwrap_or_default();
+    let other = match services {
+        _ if engine.starts_with("rmw_zenoh") => Some("is not DDS: its nodes do not find this one"),
+        Mapping::Enhanced if engine.starts_with("rmw_cyclonedds") => {
+            Some("asks for services in another way: -p services.mapping:=cyclone")
+        }
+        Mapping::Cyclone if engine.starts_with("rmw_fastrtps") => {
+            Some("asks for services in another way: -p services.mapping:=enhanced")
+        }
+        _ => None,
+    };
+    remarks.extend(other.map(|other| format!("RMW_IMPLEMENTATION is {engine}, which {other}")));
+    remarks
 }
 
 impl Environment {
@@ -76,7 +97,8 @@ impl Environment {
 
 #[cfg(test)]
 mod tests {
-    use super::{Environment, ignored_of};
+    use super::{Environment, remarks_on};
+    use crate::params::ServiceMapping as Mapping;
 
     fn of(variables: &[(&str, &str)]) -> Result<Environment, String> {
         let variable = |name: &str| {
@@ -109,9 +131,29 @@ mod tests {
 
     #[test]
     fn what_has_no_effect_is_told() {
-        let set = ["ROS_DISCOVERY_SERVER", "ROS_DOMAIN_ID", "CYCLONEDDS_URI"];
-        let ignored = ignored_of(|name| set.contains(&name));
-        assert_eq!(ignored, ["ROS_DISCOVERY_SERVER", "CYCLONEDDS_URI"]);
+        let told = |variables: &[(&str, &str)], services| {
+            let variable = |name: &str| {
+                let found = variables.iter().find(|(each, _)| *each == name)?;
+                Some(found.1.to_owned())
+            };
+            remarks_on(variable, services).join("; ")
+        };
+        let set = [("ROS_DISCOVERY_SERVER", "a"), ("ROS_DOMAIN_ID", "1")];
+        assert_eq!(
+            told(&set, Mapping::Enhanced),
+            "ROS_DISCOVERY_SERVER is set, and has no effect here"
+        );
+        for (engine, services, expected) in [
+            ("rmw_fastrtps_cpp", Mapping::Enhanced, ""),
+            ("rmw_cyclonedds_cpp", Mapping::Cyclone, ""),
+            ("rmw_fastrtps_cpp", Mapping::Cyclone, "mapping:=enhanced"),
+            ("rmw_cyclonedds_cpp", Mapping::Enhanced, "mapping:=cyclone"),
+            ("rmw_zenoh_cpp", Mapping::Enhanced, "not DDS"),
+        ] {
+            let told = told(&[("RMW_IMPLEMENTATION", engine)], services);
+            assert_eq!(told.is_empty(), expected.is_empty(), "{told}");
+            assert!(told.contains(expected), "{told}");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::{Door, Ends, READ_PATIENCE, WRITE_PATIENCE};
 use serialport::{ClearBuffer, SerialPort, SerialPortBuilder};
 use std::io::{Result, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// A serial port by its path.
 pub struct Serial {
@@ -28,7 +29,7 @@ impl Door for Serial {
         writer.set_timeout(WRITE_PATIENCE)?;
         Ok(Ends {
             reader: Box::new(reader),
-            writer: Box::new(Flushed(writer)),
+            writer: Box::new(Output(writer)),
         })
     }
 
@@ -54,9 +55,23 @@ fn alone(port: SerialPortBuilder, _: &Path) -> SerialPortBuilder {
 }
 
 /// A port that is not waited for: `flush` of a port waits until the last bit is out, and a line is 2 ms long.
-struct Flushed(Box<dyn SerialPort>);
+struct Output(Box<dyn SerialPort>);
 
-impl Write for Flushed {
+/// A line that is given up gets out what was written last, a Stop, in this time, if it gets anything out.
+const DRAIN: Duration = Duration::from_millis(20);
+
+impl Drop for Output {
+    fn drop(&mut self) {
+        let begin = Instant::now();
+        while self.0.bytes_to_write().is_ok_and(|left| left > 0) && begin.elapsed() < DRAIN {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // What is stuck must not come out later. A port that is gone has nothing.
+        let _ = self.0.clear(ClearBuffer::Output);
+    }
+}
+
+impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> Result<usize> {
         self.0.write(bytes)
     }

@@ -1,6 +1,6 @@
 //! Cables between a simulated base and a bridge: one in this process, and a pseudo-terminal that comes and goes.
 
-use super::Base;
+use super::{Base, sleep};
 use base_bridge::line::{Door, Ends};
 use nix::errno::Errno;
 use nix::fcntl::{FcntlArg, OFlag, fcntl};
@@ -12,9 +12,9 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -119,6 +119,89 @@ impl Write for Writing {
 
     fn flush(&mut self) -> Result<()> {
         Ok(())
+    }
+}
+
+/// A wire with a tap, whose base can be made mute or deaf, and which can hold up who writes.
+#[derive(Clone)]
+pub struct Tap {
+    base: Base,
+    /// What the base says is lost.
+    pub mute: Arc<AtomicBool>,
+    /// Lines with this in them are lost on their way to the base.
+    pub lost: Arc<Mutex<Option<&'static str>>>,
+    /// Bytes are not taken.
+    pub held: Arc<AtomicBool>,
+    /// What the bridge has written.
+    heard: Arc<Mutex<Vec<u8>>>,
+}
+
+impl Tap {
+    pub fn new(base: &Base) -> Self {
+        Self {
+            base: base.clone(),
+            mute: Arc::default(),
+            lost: Arc::default(),
+            held: Arc::default(),
+            heard: Arc::default(),
+        }
+    }
+
+    /// The lines that the bridge has written since the last call, without their tags and checks.
+    pub fn lines(&self) -> Vec<String> {
+        let bytes = std::mem::take(&mut *self.heard.lock().unwrap());
+        let text = String::from_utf8(bytes).unwrap();
+        let bare = |line: &str| {
+            let line = line.split_once('*').map_or(line, |(line, _)| line);
+            let tagged = line.strip_prefix('@').and_then(|line| line.split_once(' '));
+            tagged.map_or(line, |(_, line)| line).to_owned()
+        };
+        text.lines().map(bare).collect()
+    }
+}
+
+struct Tapped<T>(T, Tap);
+
+impl Door for Tap {
+    fn open(&mut self) -> Result<Ends> {
+        let Ends { reader, writer } = Wire(self.base.clone()).open()?;
+        Ok(Ends {
+            reader: Box::new(Tapped(reader, self.clone())),
+            writer: Box::new(Tapped(writer, self.clone())),
+        })
+    }
+
+    fn name(&self) -> String {
+        "tapped wire".into()
+    }
+}
+
+impl<T: Read> Read for Tapped<T> {
+    fn read(&mut self, bytes: &mut [u8]) -> Result<usize> {
+        let count = self.0.read(bytes)?;
+        if count > 0 && self.1.mute.load(Ordering::Relaxed) {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        Ok(count)
+    }
+}
+
+impl<T: Write> Write for Tapped<T> {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        while self.1.held.load(Ordering::Relaxed) {
+            sleep(0.01);
+        }
+        self.1.heard.lock().unwrap().extend(bytes);
+        let line = String::from_utf8_lossy(bytes);
+        let lost = *self.1.lost.lock().unwrap();
+        if lost.is_some_and(|lost| line.contains(lost)) {
+            return Ok(bytes.len());
+        }
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        self.0.flush()
     }
 }
 

@@ -189,10 +189,11 @@ impl Bridge {
         let writing: Arc<Mutex<Vec<String>>> = Arc::clone(&said);
         let thread = std::thread::spawn(move || {
             let begin = Instant::now();
-            app.run(Box::new(door), network, |words| {
+            let ended = app.run(Box::new(door), network, |words| {
                 eprintln!("{:8.3} {words}", begin.elapsed().as_secs_f64());
                 writing.lock().unwrap().push(words.to_owned());
             });
+            ended.unwrap();
         });
         Self {
             inbox,
