@@ -1,6 +1,6 @@
 //! Ten bases, each with a driver of its own.
 
-use crate::alone::alone;
+use crate::alone::{alone, left_out};
 use crate::peer::{Peer, number, numbers};
 use crate::stage::Running;
 use assert_cmd::cargo::cargo_bin;
@@ -40,4 +40,50 @@ fn each_of_ten_drives_its_own_square() {
             }
         }
     });
+}
+
+/// Says what a launch file would start, to whom ROS is not at hand: what it takes from `launch` is two names.
+const LAUNCHED: &str = r#"
+import json, runpy, sys, types
+launch, actions = types.ModuleType("launch"), types.ModuleType("launch.actions")
+launch.LaunchDescription = list
+actions.ExecuteProcess = lambda cmd, **others: cmd
+sys.modules.update({"launch": launch, "launch.actions": actions})
+print(json.dumps(runpy.run_path(sys.argv[1])["generate_launch_description"]()))
+"#;
+
+#[test]
+fn a_launch_file_starts_the_same() {
+    let Some(python) = std::env::var_os("ROS_PYTHON") else {
+        return left_out("no Python in ROS_PYTHON (`cargo xtask test` makes one)");
+    };
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
+    let launch = Command::new(python)
+        .args(["-B", "-c", LAUNCHED])
+        .arg(format!("{examples}/ten_bases.launch.py"))
+        .env("BRIDGE", "echo")
+        .output()
+        .unwrap();
+    let launched: Vec<Vec<String>> = serde_json::from_slice(&launch.stdout).unwrap();
+    assert_eq!(launched.len(), BASES);
+    let script = Command::new(format!("{examples}/ten_bases.sh"))
+        .env("BRIDGE", "echo")
+        .output()
+        .unwrap();
+    let script = String::from_utf8(script.stdout).unwrap();
+    for command in launched {
+        let said = command[1..]
+            .join(" ")
+            .replace(examples, "base-bridge/examples");
+        assert!(
+            script.lines().any(|line| line.trim() == said),
+            "{said}: {script}"
+        );
+        let accepted = Command::new(cargo_bin!("base-bridge"))
+            .args(&command[1..])
+            .arg("--list-params")
+            .output()
+            .unwrap();
+        assert!(accepted.status.success(), "{accepted:?}");
+    }
 }
