@@ -18,7 +18,7 @@ use bridge::Bridge;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// A reply to the last Stop is waited for so long, s: it is said twice.
+/// A reply to the last Stop is waited for so long, s: time to say it again twice.
 const FAREWELL: f64 = 2.0 * crate::client::DEADLINE + 0.1;
 /// So many things that have happened are taken before the deadlines are looked at again: a network that never falls silent must not stop the clock.
 const AT_ONCE: usize = 256;

@@ -63,7 +63,7 @@ impl Ask {
         matches!(self, Self::Observe | Self::Reset)
     }
 
-    /// Does it tell the base to do something? It goes before all else, and keeps its order.
+    /// Does it tell the base to do something? It goes before what measures or asks, and keeps its order.
     fn commands(self) -> bool {
         self.moves() || matches!(self, Self::Reset | Self::ClearFault | Self::Enable)
     }
@@ -135,7 +135,7 @@ struct Waiting {
 #[derive(Clone, Debug)]
 struct UnderWay {
     tag: u16,
-    /// The how manieth line it is.
+    /// Its number among all lines that were sent.
     line: u64,
     /// Of a Stop: the base was told to move behind it, …
     followed: bool,
