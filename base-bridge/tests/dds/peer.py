@@ -10,7 +10,7 @@ Usage: peer.py NAMESPACE, then a command a line on standard input; each answers 
     begin V W | end                     the same until it ends, with other commands in between
     fix X Y YAW | goal X Y YAW | initial X Y YAW
     trigger NAME | enable 0/1 | set_pose X Y YAW    calls a service, as ROS 2 does on Cyclone DDS
-    gaps SECONDS                        odometry for so long: how many, the longest time between two
+    gaps SECONDS                        odometry for so long: how many, the longest time between two: as they arrived, were written, were measured
     steps COUNT                         speeds that change so often, and when each was said first
     gone SECONDS                        waits until nobody publishes odometry any more
 """
@@ -506,20 +506,20 @@ class Peer:
         return self.call("set_pose", SetPoseRequest, SetPoseResponse, uncertain(*at))
 
     def gaps(self, seconds):
-        """By the host's clock where they arrive, and by the stamps of their measurement."""
+        """By the host's clock where they arrive, where they were written, and by the stamps of their measurement: which of the three is late tells who was."""
         self.take(self.odom_reader)
-        count, longest, lasts = 0, [0.0, 0.0], None
+        count, longest, lasts = 0, [0.0, 0.0, 0.0], None
         until = time.monotonic() + float(seconds)
         while time.monotonic() < until:
             for odom in self.odom_reader.take(N=100):
                 stamp = odom.header.stamp.sec + odom.header.stamp.nanosec * 1e-9
-                now = [time.monotonic(), stamp]
+                now = [time.monotonic(), odom.sample_info.source_timestamp * 1e-9, stamp]
                 if lasts:
                     longest = [max(most, at - last) for most, at, last in zip(longest, now, lasts)]
                 lasts = now
                 count += 1
             time.sleep(0.001)
-        return {"count": count, "arrival": longest[0], "stamp": longest[1]}
+        return {"count": count, "arrival": longest[0], "written": longest[1], "stamp": longest[2]}
 
     def steps(self, count):
         """Turning all the while, so that the translation alone changes, and is steady again before the next one: 0.1 m/s at 0.5 m/s² take 0.2 s."""
