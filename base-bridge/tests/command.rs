@@ -151,9 +151,9 @@ fn a_port_that_is_not_there_is_waited_for() {
     assert!(line.contains("controller: Error not connected"), "{line}");
     let listener = std::net::TcpListener::bind(&address).unwrap();
     let (mut base, _) = listener.accept().unwrap();
-    let mut first = [0; 1];
+    let mut first = [0; 2];
     base.read_exact(&mut first).unwrap();
-    assert_eq!(first, *b"\n");
+    assert_eq!(first, *b"*\n");
     let mut line = String::new();
     BufReader::new(&base).read_line(&mut line).unwrap();
     assert!(line.contains(" Stop*"), "{line}");

@@ -3,10 +3,11 @@
 
 mod common;
 
-use base_bridge::network::Request;
+use base_bridge::network::{Request, UncertainPose};
 use base_bridge::params::Params;
 use common::cable::Tap;
-use common::{Base, Bridge, pose, sleep, wait_for_base};
+use common::{Base, Bridge, count, diagonal, pose, sleep, status, wait_for_base};
+use std::sync::atomic::Ordering;
 use vehicle_controller::params::Id;
 
 /// At rest: what encoders' steps leave, m/s.
@@ -76,6 +77,36 @@ fn power_off_that_is_lost_stops_the_base_all_the_same() {
     assert_eq!(off, Err("the base does not answer".into()));
     sleep(0.5);
     assert_at_rest(&base);
+}
+
+#[test]
+fn a_pose_that_is_not_set_is_told() {
+    let (_base, tap, bridge) = start("default", &[]);
+    let set = || {
+        bridge.call(|reply| {
+            let pose = pose("map", 5.0, 5.0, 1.0);
+            let covariance = diagonal(0.1, 0.1);
+            Request::SetPose(UncertainPose { pose, covariance }, Some(reply))
+        })
+    };
+    lose(&tap, "ResetPos");
+    assert_eq!(set(), Err("the base does not answer".into()));
+    let told = "the pose is not set: the base does not answer";
+    // The caller is answered first.
+    sleep(0.3);
+    assert!(bridge.said().iter().any(|words| words == told));
+    let mark = bridge.mark();
+    tap.mute.store(true, Ordering::Relaxed);
+    let lost = bridge.wait_for(mark, 3.0, |report| {
+        let link = status(report, "link")?;
+        (link.message == "lost: tapped wire: no telemetry").then_some(())
+    });
+    assert!(lost.is_some());
+    assert_eq!(set(), Err("no base at the line".into()));
+    let counted = bridge.wait_for(bridge.mark(), 3.0, |report| {
+        (count(report, "refused initialpose no base")? == 1).then_some(())
+    });
+    assert!(counted.is_some(), "{:?}", bridge.diagnostics());
 }
 
 #[test]

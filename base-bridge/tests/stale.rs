@@ -7,6 +7,7 @@ use base_bridge::network::{FramedPose, Request, UncertainPose};
 use base_bridge::params::Params;
 use common::cable::Tap;
 use common::{Base, Bridge, count, diagonal, pose, sleep, status, wait_for_base, wall};
+use ros_messages::base::Level;
 use std::sync::atomic::Ordering;
 
 fn start() -> (Base, Tap, Bridge) {
@@ -141,6 +142,22 @@ fn what_waited_while_the_bridge_was_held_up_is_not_obeyed() {
     let moves = |line: &&String| moving.contains(&line.split(' ').next().unwrap());
     assert_eq!(lines.iter().find(moves), None, "{lines:?}");
     assert!(moved(&base, begin) < 1e-3);
+}
+
+#[test]
+fn what_is_left_of_a_torn_line_is_no_command() {
+    let (base, tap, bridge) = start();
+    let mark = bridge.mark();
+    // Without its covariance and its check it is a line that a base would obey.
+    *tap.torn.lock().unwrap() = Some("ResetPos 5 5 57");
+    assert!(bridge.inbox.put(initial(None)));
+    let lost = bridge.wait_for(mark, 1.0, |report| {
+        (status(report, "link")?.level != Level::Ok).then_some(())
+    });
+    assert!(lost.is_some() && tap.torn.lock().unwrap().is_none());
+    bridge.wait_for_motion(bridge.mark());
+    let [x, y, _] = base.now().estimate;
+    assert!(x.hypot(y) < 1e-3, "{x} {y}");
 }
 
 #[test]

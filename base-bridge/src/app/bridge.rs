@@ -160,8 +160,8 @@ impl Bridge {
     /// Begins to talk to a base of which nothing is known any more.
     fn greet(&mut self, mut wire: Wire, now: f64) {
         self.forget();
-        // It ends whatever half a line is left on the wire.
-        let hung_up = wire.write(b"\n").is_err();
+        // It ends whatever half a line is left on the wire, and makes it a wrong one: behind a star a base wants a check.
+        let hung_up = wire.write(b"*\n").is_err();
         let period = 1.0 / self.params.rate_odom;
         self.client.expect_checks(false);
         let checks = self.params.line_checks;
@@ -243,22 +243,29 @@ impl Bridge {
             let code = why.split(' ').next().unwrap_or_default().to_owned();
             *self.counters.base_refused.entry(code).or_insert(0) += 1;
         }
-        if let Some(reply) = self.replies.remove(&answer.number) {
-            reply(match answer.outcome {
-                Outcome::Reply(text) => Ok(text),
-                Outcome::Refused(why) => Err(why),
-                Outcome::Unanswered => Err("the base does not answer".to_owned()),
-                Outcome::NotSent => Err(
-                    "not sent: a Stop or a newer one came first, or there were too many".to_owned(),
-                ),
-                Outcome::Lost => Err("the line is lost".to_owned()),
-            });
-        } else if let Outcome::Reply(text) = answer.outcome {
-            match answer.ask {
-                Ask::Estimate => self.estimate = Estimate::parse(&text).or(self.estimate),
-                Ask::Status => self.status = text.strip_prefix("Status ").map(str::to_owned),
-                _ => {}
+        let replaced = answer.outcome == Outcome::NotSent;
+        let result = match answer.outcome {
+            Outcome::Reply(text) => Ok(text),
+            Outcome::Refused(why) => Err(why),
+            Outcome::Unanswered => Err("the base does not answer".to_owned()),
+            Outcome::NotSent => {
+                Err("not sent: a Stop or a newer one came first, or there were too many".to_owned())
             }
+            Outcome::Lost => Err("the line is lost".to_owned()),
+        };
+        // Neither the topic nor the service has an answer that could tell. A newer pose speaks for itself.
+        if let (Ask::Reset, Err(why), false) = (answer.ask, &result, replaced) {
+            self.say(format!("the pose is not set: {why}"));
+        }
+        match (self.replies.remove(&answer.number), answer.ask, result) {
+            (Some(reply), _, result) => reply(result),
+            (None, Ask::Estimate, Ok(text)) => {
+                self.estimate = Estimate::parse(&text).or(self.estimate);
+            }
+            (None, Ask::Status, Ok(text)) => {
+                self.status = text.strip_prefix("Status ").map(str::to_owned);
+            }
+            _ => {}
         }
     }
 

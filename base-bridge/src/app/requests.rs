@@ -10,6 +10,8 @@ use ros_messages::base::frames::Pose;
 
 /// What is said once, and was said longer ago than this, s, is of another time. Clocks of two computers may differ by less.
 const OLD: f64 = 2.0;
+/// What a service is answered then.
+const NO_LINE: &str = "no base at the line";
 
 impl Bridge {
     /// Takes a request. What came in before the base was known, at this line, is refused: nothing of before may move it.
@@ -19,15 +21,17 @@ impl Bridge {
             Request::Speeds { .. } if !ready => ("cmd_vel", Err(Refusal::NoBase)),
             Request::Fix(_) if !ready => ("pose_fix", Err(Refusal::NoBase)),
             Request::Goal(_) if !ready => ("goal_pose", Err(Refusal::NoBase)),
-            Request::SetPose(_, None) if !ready => ("initialpose", Err(Refusal::NoBase)),
-            Request::SetPose(_, Some(reply))
-            | Request::Stop(reply)
-            | Request::ClearFault(reply)
-            | Request::Enable(_, reply)
+            Request::SetPose(_, reply) if !ready => {
+                if let Some(reply) = reply {
+                    reply(Err(NO_LINE.to_owned()));
+                }
+                ("initialpose", Err(Refusal::NoBase))
+            }
+            Request::Stop(reply) | Request::ClearFault(reply) | Request::Enable(_, reply)
                 if !ready =>
             {
                 // Without a line nobody can be told to stop. Its deadman does.
-                reply(Err("no base at the line".to_owned()));
+                reply(Err(NO_LINE.to_owned()));
                 return;
             }
             Request::ClearFault(reply) | Request::Enable(true, reply)

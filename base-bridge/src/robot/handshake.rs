@@ -1,7 +1,7 @@
 //! What is said to a base when the line to it has just been opened.
 //!
 //! ```text
-//! (empty line)     ends whatever half a line is left on the wire
+//! *                ends whatever half a line is left on the wire; a base refuses a star without a check, and what stands before it
 //! Stop             whatever it was told before, by whomever, is over: a base that runs on must not find signs of life in what follows
 //! Stream 0         so that the answers need not wait for telemetry
 //! SetParam …       if all lines are to have checks, its own ones, too
@@ -84,7 +84,7 @@ pub struct Handshake {
 }
 
 impl Handshake {
-    /// Begins one; telemetry will come every `period` s, with checks or without. The caller has sent the empty line.
+    /// Begins one; telemetry will come every `period` s, with checks or without. The caller has sent the star.
     pub fn begin(client: &mut Client, period: f64, checks: bool, now: f64) -> Self {
         let mut handshake = Self {
             begun: now,

@@ -130,6 +130,8 @@ pub struct Tap {
     pub mute: Arc<AtomicBool>,
     /// Lines with this in them are lost on their way to the base.
     pub lost: Arc<Mutex<Option<&'static str>>>,
+    /// Behind this, in the next line that has it, the wire is torn.
+    pub torn: Arc<Mutex<Option<&'static str>>>,
     /// Bytes are not taken.
     pub held: Arc<AtomicBool>,
     /// What the bridge has written.
@@ -142,6 +144,7 @@ impl Tap {
             base: base.clone(),
             mute: Arc::default(),
             lost: Arc::default(),
+            torn: Arc::default(),
             held: Arc::default(),
             heard: Arc::default(),
         }
@@ -196,6 +199,12 @@ impl<T: Write> Write for Tapped<T> {
         let lost = *self.1.lost.lock().unwrap();
         if lost.is_some_and(|lost| line.contains(lost)) {
             return Ok(bytes.len());
+        }
+        let torn = &mut *self.1.torn.lock().unwrap();
+        if let Some(end) = torn.and_then(|last| Some(line.find(last)? + last.len())) {
+            *torn = None;
+            self.0.write_all(&bytes[..end])?;
+            return Err(ErrorKind::BrokenPipe.into());
         }
         self.0.write(bytes)
     }
