@@ -6,12 +6,18 @@
 //! was said, and the last of it counts. Nothing survives the loss of the line.
 
 pub mod check;
+mod stops;
 
 use check::Checked;
 use std::collections::VecDeque;
+use stops::Stops;
 
 /// A reply that has not come after this, s, will not come: two lines of 255 bytes ahead of it take 45 ms.
 pub const DEADLINE: f64 = 0.5;
+/// Beyond what two such lines take, s: an answer to a Stop that takes longer is not waited for. A USB adapter may hold it for 16 ms.
+const MARGIN: f64 = 0.02;
+/// A line of the protocol at its longest, with its end.
+const LONGEST: f64 = 257.0;
 /// Lines that may be unanswered, but for a Stop.
 const UNDER_WAY: usize = 3;
 /// Lines that may wait. More than one of each kind does not happen, but for what others ask for.
@@ -66,6 +72,16 @@ impl Ask {
     /// Does it tell the base to do something? It goes before what measures or asks, and keeps its order.
     fn commands(self) -> bool {
         self.moves() || matches!(self, Self::Reset | Self::ClearFault | Self::Enable)
+    }
+
+    /// Does it mean something else behind the other one than before it? Without power or with a fault nothing moves, and a goal is a place of the map as it
+    /// is by then.
+    fn needs(self, other: Self) -> bool {
+        match other {
+            Self::Enable | Self::ClearFault => self.moves(),
+            Self::Reset => self == Self::GoTo,
+            _ => false,
+        }
     }
 
     /// Is one of these that waits of no use any more, now that this one is said?
@@ -137,12 +153,9 @@ struct UnderWay {
     tag: u16,
     /// Its number among all lines that were sent.
     line: u64,
-    /// Of a Stop: the base was told to move behind it, …
-    followed: bool,
-    /// … and has agreed: what it does now was asked for later.
-    overtaken: bool,
     ask: Ask,
-    numbers: Vec<u64>,
+    /// Of a Stop, which may speak for several: none.
+    number: Option<u64>,
     deadline: f64,
 }
 
@@ -157,8 +170,7 @@ pub struct Client {
     /// Commands that have just passed what else waits.
     passed: u32,
     under_way: Vec<UnderWay>,
-    /// Those who want it to stop; empty if nobody does.
-    stops: Vec<u64>,
+    stops: Stops,
     /// Seconds that a byte takes on the line: a fix is older when its line has arrived.
     byte_time: f64,
     unanswered: u64,
@@ -171,6 +183,7 @@ pub struct Client {
 impl Client {
     /// One whose first tag is this, so that replies to a client before it are not taken for its own.
     pub fn new(first_tag: u16, baud: u32) -> Self {
+        let byte_time = 10.0 / f64::from(baud.max(1));
         Self {
             next_tag: first_tag % TAGS,
             next_number: 0,
@@ -178,8 +191,8 @@ impl Client {
             waiting: VecDeque::new(),
             passed: 0,
             under_way: Vec::new(),
-            stops: Vec::new(),
-            byte_time: 10.0 / f64::from(baud.max(1)),
+            stops: Stops::new(2.0 * LONGEST * byte_time + MARGIN),
+            byte_time,
             unanswered: 0,
             checks: false,
             ended: Vec::new(),
@@ -209,7 +222,15 @@ impl Client {
             text,
             measured,
         };
-        self.forget(|old| ask.outdates(old));
+        let place = self.place_of_predecessor(ask);
+        if let Some(place) = place {
+            let old = std::mem::replace(&mut self.waiting[place], new.clone());
+            self.end(old.ask, old.number, Outcome::NotSent);
+        }
+        self.forget(|old| ask.outdates(old.ask) && old.number != number);
+        if place.is_some() {
+            return number;
+        }
         // Of what is told, no more than one of each waits; only what is asked can be too much.
         if self.waiting.len() >= WAITING && !ask.commands() {
             self.end(ask, number, Outcome::NotSent);
@@ -223,24 +244,27 @@ impl Client {
         number
     }
 
+    /// Where one waits that such a new one replaces, and whose turn it takes: who comes often would otherwise always be last. Not if it would come before
+    /// what it should come behind.
+    fn place_of_predecessor(&self, ask: Ask) -> Option<usize> {
+        let mut waiting = self.waiting.iter().enumerate();
+        let (place, _) = waiting.find(|(_, old)| old.ask == ask && ask.outdates(ask))?;
+        (!waiting.any(|(_, later)| ask.needs(later.ask))).then_some(place)
+    }
+
     /// Stops the base before anything else is said, and again until it answers. Whatever waits and could move it is forgotten.
     pub fn stop(&mut self) -> u64 {
         let number = self.number();
-        self.forget(Ask::moves);
-        // One that is on its way says as much as a second, unless the base was told to move behind it.
-        let says_it = |line: &&mut UnderWay| line.ask == Ask::Stop && !line.followed;
-        match self.under_way.iter_mut().find(says_it) {
-            Some(line) => line.numbers.push(number),
-            None => self.stops.push(number),
-        }
+        self.forget(|old| old.ask.moves());
+        self.stops.add(number, self.last_move());
         number
     }
 
     /// Forgets what waits and is such.
-    fn forget(&mut self, is_such: impl Fn(Ask) -> bool) {
+    fn forget(&mut self, is_such: impl Fn(&Waiting) -> bool) {
         let (gone, left) = std::mem::take(&mut self.waiting)
             .into_iter()
-            .partition::<VecDeque<_>, _>(|old| is_such(old.ask));
+            .partition::<VecDeque<_>, _>(&is_such);
         self.waiting = left;
         for old in gone {
             self.end(old.ask, old.number, Outcome::NotSent);
@@ -249,12 +273,18 @@ impl Client {
 
     /// A Stop is on its way, or waits to be.
     pub fn is_stopping(&self) -> bool {
-        !self.stops.is_empty() || self.has_under_way(Ask::Stop)
+        !self.stops.is_empty()
     }
 
     /// Such a question waits, or is under way.
     pub fn has(&self, ask: Ask) -> bool {
         self.waiting.iter().any(|waiting| waiting.ask == ask) || self.has_under_way(ask)
+    }
+
+    /// The number of the last line under way that could set the base in motion.
+    fn last_move(&self) -> Option<u64> {
+        let moves = self.under_way.iter().filter(|line| line.ask.moves());
+        moves.map(|line| line.line).max()
     }
 
     fn has_under_way(&self, ask: Ask) -> bool {
@@ -267,20 +297,27 @@ impl Client {
             self.end(old.ask, old.number, Outcome::Lost);
         }
         for line in std::mem::take(&mut self.under_way) {
-            for number in line.numbers {
+            if let Some(number) = line.number {
                 self.end(line.ask, number, Outcome::Lost);
             }
         }
-        for number in std::mem::take(&mut self.stops) {
+        for number in self.stops.lost() {
             self.end(Ask::Stop, number, Outcome::Lost);
         }
     }
 
     /// The next line to be sent now, with its end, if any may be.
     pub fn next(&mut self, now: f64) -> Option<Vec<u8>> {
-        if !self.stops.is_empty() {
-            let numbers = std::mem::take(&mut self.stops);
-            return Some(self.send(Ask::Stop, numbers, "Stop", now));
+        let last_move = self.last_move();
+        let due = self.stops.due(last_move).is_some_and(|due| now >= due);
+        // A new one goes at once. That it is said again is worth no `busy`.
+        if due && (self.stops.has_new() || self.under_way.len() <= UNDER_WAY) {
+            let line = self.send(Ask::Stop, None, "Stop", now);
+            self.stops.say(self.next_line, now, last_move);
+            return Some(line);
+        }
+        if self.stops.has_failed() {
+            return None;
         }
         // One place is a Stop's; a second one takes another's.
         let stops = self.under_way.iter().filter(|line| line.ask == Ask::Stop);
@@ -300,7 +337,7 @@ impl Client {
             let age = (now - measured + sending).max(0.0);
             text = format!("{text} {age:.4}");
         }
-        Some(self.send(ask, vec![number], &text, now))
+        Some(self.send(ask, Some(number), &text, now))
     }
 
     /// What is to be sent first of what waits.
@@ -319,26 +356,18 @@ impl Client {
         }
     }
 
-    fn send(&mut self, ask: Ask, numbers: Vec<u64>, text: &str, now: f64) -> Vec<u8> {
+    fn send(&mut self, ask: Ask, number: Option<u64>, text: &str, now: f64) -> Vec<u8> {
         let mut tag = self.next_tag;
         while self.under_way.iter().any(|line| line.tag == tag) {
             tag = (tag + 1) % TAGS;
         }
         self.next_tag = (tag + 1) % TAGS;
-        if ask.moves() {
-            let stops = self.under_way.iter_mut();
-            for stop in stops.filter(|line| line.ask == Ask::Stop) {
-                stop.followed = true;
-            }
-        }
         self.next_line += 1;
         self.under_way.push(UnderWay {
             line: self.next_line,
-            followed: false,
-            overtaken: false,
             tag,
             ask,
-            numbers,
+            number,
             deadline: now + DEADLINE,
         });
         let mut line = check::with(&format!("@{tag} {text}")).into_bytes();
@@ -379,30 +408,32 @@ impl Client {
         let Some(line) = line.map(|at| self.under_way.remove(at)) else {
             return Heard::Stray;
         };
-        if line.ask.moves() && refusal.is_none() {
-            let before = |stop: &&mut UnderWay| stop.ask == Ask::Stop && stop.line < line.line;
-            for stop in self.under_way.iter_mut().filter(before) {
-                stop.overtaken = true;
-            }
-        }
-        if line.ask == Ask::Stop && refusal.is_some() && !line.overtaken {
-            // It never refuses one that it has understood.
-            self.stops.extend(line.numbers);
-            return Heard::Answers(Vec::new());
-        }
+        let (ask, agreed) = (line.ask, refusal.is_none());
+        let answer = |ask, number, outcome: &Outcome| Answer {
+            ask,
+            number,
+            outcome: outcome.clone(),
+        };
         let outcome = refusal.map_or_else(
             || Outcome::Reply(reply.to_owned()),
             |refusal| Outcome::Refused(refusal.to_owned()),
         );
-        let answer = |number| Answer {
-            ask: line.ask,
-            number,
-            outcome: outcome.clone(),
+        let (stops, how) = match ask {
+            Ask::Stop if agreed => (self.stops.answered(line.line), &outcome),
+            Ask::Stop => {
+                // It never refuses one that it has understood.
+                self.stops.failed(line.line);
+                (Vec::new(), &outcome)
+            }
+            _ if ask.moves() && agreed => (self.stops.overtaken(line.line), &Outcome::Unanswered),
+            _ => (Vec::new(), &outcome),
         };
-        Heard::Answers(line.numbers.into_iter().map(answer).collect())
+        let stops = stops.into_iter().map(|stop| answer(Ask::Stop, stop, how));
+        let own = line.number.map(|number| answer(ask, number, &outcome));
+        Heard::Answers(stops.chain(own).collect())
     }
 
-    /// What has ended without a reply. A Stop does not, it is sent again, unless the base has since agreed to move.
+    /// What has ended without a reply. A Stop does not, it is sent again.
     pub fn ended(&mut self, now: f64) -> Vec<Answer> {
         let mut at = 0;
         while let Some(line) = self.under_way.get(at) {
@@ -412,12 +443,9 @@ impl Client {
             }
             self.unanswered += 1;
             let line = self.under_way.remove(at);
-            if line.ask == Ask::Stop && !line.overtaken {
-                self.stops.extend(line.numbers);
-                continue;
-            }
-            for number in line.numbers {
-                self.end(line.ask, number, Outcome::Unanswered);
+            match line.number {
+                Some(number) => self.end(line.ask, number, Outcome::Unanswered),
+                None => self.stops.failed(line.line),
             }
         }
         std::mem::take(&mut self.ended)
@@ -428,6 +456,7 @@ impl Client {
         self.under_way
             .iter()
             .map(|line| line.deadline)
+            .chain(self.stops.due(self.last_move()))
             .reduce(f64::min)
     }
 

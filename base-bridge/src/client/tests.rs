@@ -236,8 +236,17 @@ fn a_stop_that_was_overtaken_is_not_said_again() {
     client.ask(Ask::GoTo, "GoTo 1 2");
     next(&mut client, 0.0).unwrap();
     // The base has obeyed it, and its answer is lost; the goal is under way.
-    reply(&mut client, "@8 OK");
-    assert_eq!(client.ended(0.6)[0].outcome, Outcome::Unanswered);
+    assert_eq!(next(&mut client, 0.4), None);
+    let Heard::Answers(answers) = reply(&mut client, "@8 OK") else {
+        panic!("two are answered");
+    };
+    let outcomes: Vec<_> = answers.into_iter().map(|a| (a.ask, a.outcome)).collect();
+    let agreed = Outcome::Reply("OK".into());
+    assert_eq!(
+        outcomes,
+        [(Ask::Stop, Outcome::Unanswered), (Ask::GoTo, agreed)]
+    );
+    assert_eq!(client.ended(0.6), []);
     assert_eq!(next(&mut client, 0.6), None);
     assert!(!client.is_stopping());
     // One that has not been overtaken is.
@@ -248,6 +257,106 @@ fn a_stop_that_was_overtaken_is_not_said_again() {
     reply(&mut client, "@9 OK");
     assert_eq!(client.ended(1.6), []);
     assert_eq!(next(&mut client, 1.6).unwrap(), "@11 Stop");
+}
+
+#[test]
+fn a_stop_that_was_damaged_does_not_end_the_goal_behind_it() {
+    for (goal, stops_again) in [("OK", false), ("ERR range x", true)] {
+        let mut client = client();
+        client.stop();
+        next(&mut client, 0.0).unwrap();
+        client.ask(Ask::GoTo, "GoTo 1 2");
+        next(&mut client, 0.0).unwrap();
+        client.ask(Ask::Status, "GetStatus");
+        // Whether the base goes there is not known yet.
+        assert_eq!(client.hear("@7 ERR checksum"), Heard::Answers(vec![]));
+        assert_eq!(next(&mut client, 0.01), None);
+        assert!(client.is_stopping());
+        reply(&mut client, &format!("@8 {goal}"));
+        let said = next(&mut client, 0.01).unwrap();
+        let expected = if stops_again { "Stop" } else { "GetStatus" };
+        assert!(said.ends_with(expected), "{goal}: {said}");
+        assert_eq!(client.is_stopping(), stops_again);
+    }
+}
+
+#[test]
+fn a_stop_and_the_goal_behind_it_that_are_both_lost_end_in_a_stop() {
+    let mut client = client();
+    client.stop();
+    next(&mut client, 0.0).unwrap();
+    client.ask(Ask::GoTo, "GoTo 1 2");
+    next(&mut client, 0.1).unwrap();
+    // Speeds that are said all the time do not keep it waiting for ever.
+    let again = (6..100).map(|said| 0.02 * f64::from(said)).find(|&now| {
+        client.ask(Ask::Move, "m inf 0.3");
+        client.ended(now);
+        next(&mut client, now).is_some_and(|line| line.ends_with("Stop"))
+    });
+    // Its own deadline, and that of what was sent before it.
+    assert!(again.is_some_and(|again| again <= 1.0), "{again:?}");
+}
+
+#[test]
+fn a_stop_that_is_lost_is_said_again_soon() {
+    let mut client = client();
+    let first = client.stop();
+    next(&mut client, 0.0).unwrap();
+    let second = client.stop();
+    assert_eq!(next(&mut client, 0.06), None);
+    let due = client.next_deadline().unwrap();
+    assert!(due < 0.07, "{due}");
+    assert_eq!(next(&mut client, due).unwrap(), "@8 Stop");
+    assert_eq!(next(&mut client, due), None);
+    // A late answer to the first speaks for both, and the other's is no stray.
+    let Heard::Answers(answers) = reply(&mut client, "@7 OK") else {
+        panic!("not answered");
+    };
+    let numbers: Vec<_> = answers.iter().map(|answer| answer.number).collect();
+    assert_eq!(numbers, [first, second]);
+    assert!(!client.is_stopping());
+    assert_eq!(reply(&mut client, "@8 OK"), Heard::Answers(vec![]));
+    // A base that hears nothing has no use for more than four.
+    client.stop();
+    let mut said = 0;
+    for tick in 0..100 {
+        let now = 1.0 + f64::from(tick) * 0.004;
+        said += u32::from(next(&mut client, now).is_some());
+    }
+    assert_eq!(said, 4);
+}
+
+#[test]
+fn who_comes_often_keeps_his_turn() {
+    let mut client = busy();
+    let (mut tag, mut all) = (7, Vec::new());
+    // One place becomes free at a time, and speeds, poses and fixes come more often than that.
+    for round in 0..40 {
+        client.ask(Ask::Move, format!("m {round}"));
+        client.ask(Ask::Turn, format!("t {round}"));
+        client.ask(Ask::Reset, format!("ResetPos {round}"));
+        client.ask(Ask::Observe, format!("ObservePos {round}"));
+        client.ask(Ask::Estimate, format!("GetEstPos {round}"));
+        if round % 2 == 0 {
+            reply(&mut client, &format!("@{tag} OK"));
+            tag += 1;
+            let line = next(&mut client, 0.0).unwrap();
+            all.push(line.split(' ').nth(1).unwrap().to_owned());
+        }
+    }
+    for what in ["m", "t", "ResetPos", "ObservePos", "GetEstPos"] {
+        let count = all.iter().filter(|said| *said == what).count();
+        assert!(count >= 2, "{what} in {all:?}");
+    }
+}
+
+#[test]
+fn what_switches_power_on_goes_before_the_speeds_behind_it() {
+    let mut client = busy();
+    client.ask(Ask::Move, "m inf 0.1");
+    client.ask(Ask::Enable, "Enable");
+    client.ask(Ask::Move, "m inf 0.2");
+    assert_eq!(goes(&mut client), ["Enable", "m inf 0.2"]);
 }
 
 #[test]
