@@ -239,6 +239,52 @@ fn poses_are_set_and_gone_to() {
     assert_eq!(unsaid, Err("covariance".into()));
 }
 
+/// The base is put elsewhere in the map, and sent to a place of `odom`: what stands behind each other in the inbox.
+fn put_elsewhere_and_send(bridge: &Bridge) {
+    let covariance = diagonal(0.1, 0.1);
+    let pose_in_map = pose("map", 5.0, 5.0, 1.5);
+    let pose_in_map = UncertainPose {
+        pose: pose_in_map,
+        covariance,
+    };
+    assert!(bridge.inbox.put(Request::SetPose(pose_in_map, None)));
+    let goal = pose("odom", 0.5, 0.0, 0.0);
+    assert!(bridge.inbox.put(Request::Goal(goal)));
+}
+
+#[test]
+fn a_place_in_odom_stays_where_it_is_while_the_map_is_moved() {
+    let (base, bridge) = start("default", Params::default());
+    // Speeds of before do not end the way to it.
+    bridge.drive_until(0.2, 0.0, || base.speed().0 > 0.1);
+    put_elsewhere_and_send(&bridge);
+    let begin = base.now().t;
+    base.wait_until(begin + 4.0);
+    let [x, y, _] = base.now().pose;
+    assert!((x - 0.5).hypot(y) < 0.03, "{x} {y}");
+    assert!(base.speed().0 < REST);
+}
+
+#[test]
+fn a_place_in_odom_that_waits_is_not_gone_to_after_a_stop() {
+    let commands: [fn(&Bridge); 3] = [
+        |bridge| assert_eq!(bridge.call(Request::Stop), Ok("OK".into())),
+        |bridge| bridge.speeds(0.0, 0.0),
+        |bridge| {
+            let off = bridge.call(|reply| Request::Enable(false, reply));
+            assert_eq!(off, Ok("OK".into()));
+        },
+    ];
+    for command in commands {
+        let (base, bridge) = start("default", Params::default());
+        put_elsewhere_and_send(&bridge);
+        command(&bridge);
+        sleep(1.0);
+        let [x, y, _] = base.now().pose;
+        assert!(x.hypot(y) < 2e-3, "{x} {y}");
+    }
+}
+
 #[test]
 fn faults_are_told_and_cleared_by_service() {
     let (base, bridge) = start("default", Params::default());

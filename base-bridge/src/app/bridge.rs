@@ -8,7 +8,7 @@ use crate::commands::velocity::{Limits, Order};
 use crate::commands::{Refusal, Velocity};
 use crate::line::keeper::{LineEvent, Wire};
 use crate::line::splitter::{Piece, Splitter};
-use crate::network::Reply;
+use crate::network::{Received, Reply};
 use crate::params::Params;
 use crate::robot::handshake::Progress;
 use crate::robot::{Estimate, Field, Handshake, Knowledge, Telemetry, Vehicle};
@@ -64,7 +64,9 @@ pub(super) struct Bridge {
     /// How many lines had not been answered when the last answer came.
     unanswered: u64,
     /// Since the last telemetry the estimate may have been corrected.
-    corrected: bool,
+    pub(super) corrected: bool,
+    /// Poses that wait until it is known where `odom` is.
+    pub(super) held: Vec<Received>,
     pub(super) counters: Counters,
     pub(super) refused: BTreeMap<(&'static str, Refusal), u64>,
     /// Who waits for which answer.
@@ -110,6 +112,7 @@ impl Bridge {
             heard: 0.0,
             unanswered: 0,
             corrected: false,
+            held: Vec::new(),
             counters: Counters::default(),
             refused: BTreeMap::new(),
             replies: BTreeMap::new(),
@@ -182,6 +185,7 @@ impl Bridge {
         self.estimate = None;
         self.status = None;
         self.told = None;
+        self.take_held();
     }
 
     /// The line is lost, or given up.
@@ -348,10 +352,11 @@ impl Bridge {
         }
         self.publish_row(&told, sent, corrected);
         self.told = Some(told);
+        self.release();
     }
 
     /// A correction waits, or is under way: it may have been made already, though its reply has not come.
-    fn is_correcting(&self) -> bool {
+    pub(super) fn is_correcting(&self) -> bool {
         self.client.has(Ask::Observe) || self.client.has(Ask::Reset)
     }
 
@@ -460,6 +465,7 @@ impl Bridge {
     /// The process ends: the base is stopped.
     pub(super) fn leave(&mut self) {
         self.leaving = true;
+        self.take_held();
         self.velocity.forget();
         self.client.stop();
         // A base that was just being greeted may have been told to ask for checks.

@@ -4,6 +4,7 @@
 
 mod bridge;
 mod diagnostics;
+mod held;
 mod outgoing;
 mod requests;
 mod schedule;

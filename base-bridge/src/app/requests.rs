@@ -15,8 +15,16 @@ const NO_LINE: &str = "no base at the line";
 
 impl Bridge {
     /// Takes a request. What came in before the base was known, at this line, is refused: nothing of before may move it.
-    pub(super) fn request(&mut self, Received { request, at }: Received) {
-        let ready = !self.leaving && self.up_since().is_some_and(|since| at >= since);
+    pub(super) fn request(&mut self, received: Received) {
+        let ready = !self.leaving && self.up_since().is_some_and(|since| received.at >= since);
+        let received = if ready {
+            self.hold(received)
+        } else {
+            Some(received)
+        };
+        let Some(Received { request, at }) = received else {
+            return;
+        };
         let (name, done) = match request {
             Request::Speeds { .. } if !ready => ("cmd_vel", Err(Refusal::NoBase)),
             Request::Fix(_) if !ready => ("pose_fix", Err(Refusal::NoBase)),
@@ -47,14 +55,16 @@ impl Bridge {
             } => {
                 let age = stamp.map(|stamp| at - from_stamp(self.epoch.wall_offset(), stamp));
                 let taken = self.velocity.receive(linear, angular, age, at);
+                if taken.is_ok() {
+                    self.drop_held_goal();
+                }
                 ("cmd_vel", taken)
             }
             Request::Fix(observed) => ("pose_fix", self.fix(&observed)),
             Request::Goal(goal) => ("goal_pose", self.goal(&goal, at)),
             Request::SetPose(pose, reply) => ("initialpose", self.set_pose(&pose, at, reply)),
             Request::Stop(reply) => {
-                self.velocity.forget();
-                let number = self.client.stop();
+                let number = self.stop();
                 self.replies.insert(number, reply);
                 return;
             }
@@ -66,8 +76,7 @@ impl Bridge {
             Request::Enable(enable, reply) => {
                 if !enable {
                     // A Stop is said until it is answered; this is not.
-                    self.velocity.forget();
-                    self.client.stop();
+                    self.stop();
                 }
                 let line = if enable { "Enable" } else { "Disable" };
                 let number = self.client.ask(Ask::Enable, line);
@@ -83,6 +92,13 @@ impl Bridge {
                 self.say(format!("{name} refused: {}", refusal.name()));
             }
         }
+    }
+
+    /// Ends whatever the base was told to do.
+    fn stop(&mut self) -> u64 {
+        self.velocity.forget();
+        self.drop_held_goal();
+        self.client.stop()
     }
 
     /// Refuses what was said long ago: by its stamp, or by when it came in.
@@ -135,8 +151,7 @@ impl Bridge {
         self.fresh(goal.stamp, at)?;
         let (goal, _) = self.pose_in_map(goal)?;
         // Speeds that somebody said before are over, or they would end the way to the goal; also if the base refuses it, or never hears of it.
-        self.velocity.forget();
-        self.client.stop();
+        self.stop();
         self.client.ask(Ask::GoTo, posture::go_to(&goal));
         Ok(())
     }

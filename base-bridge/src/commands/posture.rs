@@ -50,13 +50,17 @@ impl Known<'_> {
     /// # Errors
     /// If it is another one.
     pub fn origin(&self, frame: &str) -> Result<Pose, Refusal> {
-        // ROS 1 had a slash there, and some still do.
-        match frame.strip_prefix('/').unwrap_or(frame) {
+        match bare(frame) {
             frame if frame == self.map => Ok(Pose::default()),
             frame if frame == self.odom => Ok(self.map_to_odom),
             _ => Err(Refusal::Frame),
         }
     }
+}
+
+/// A frame's name. ROS 1 had a slash before it, and some still do.
+pub fn bare(frame: &str) -> &str {
+    frame.strip_prefix('/').unwrap_or(frame)
 }
 
 /// `GoTo` a pose of the map.
