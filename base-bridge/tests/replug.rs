@@ -6,8 +6,8 @@ mod common;
 use base_bridge::line::serial::Serial;
 use base_bridge::network::Request;
 use base_bridge::params::Params;
-use common::cable::Usb;
-use common::{Base, Bridge, count, pose, sleep};
+use common::cable::{Usb, moves};
+use common::{Base, Bridge, Truth, count, pose, sleep, status};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::time::Instant;
@@ -32,6 +32,18 @@ fn moved(base: &Base, since: f64) -> (f64, f64) {
         let here = (x - first[0]).hypot(y - first[1]);
         (here.max(way), (theta - first[2]).abs().max(turn))
     })
+}
+
+/// A reference that falls does not rise again; where it was still rising to what was asked for last, it rises to that at most.
+fn assert_never_rises(all: &[Truth], reference: impl Fn(&Truth) -> f64, asked: f64, name: &str) {
+    let sizes: Vec<_> = all.iter().map(|truth| reference(truth).abs()).collect();
+    let most = sizes.iter().copied().fold(0.0, f64::max);
+    // An order has four decimals.
+    assert!(most < asked.abs() + 1e-3, "{name}: {most} of {asked}");
+    let falls = sizes.iter().position(|&size| size == most).unwrap();
+    for pair in sizes[falls..].windows(2) {
+        assert!(pair[1] <= pair[0] + 1e-6, "{name}: {pair:?}");
+    }
 }
 
 /// Somebody goes on to say speeds, and where to go, from the pull until just before the line is opened again, which is half a second after; the cable is
@@ -84,7 +96,7 @@ fn pulls(seed: u64) -> f64 {
         assert!(at_rest, "seed {seed} pull {pull}: {speed} {turn}");
         let stopped = base.since(pulled);
         let last = stopped[stopped.len() - 1].pose;
-        let still = |t: &&common::Truth| {
+        let still = |t: &&Truth| {
             (t.pose[0] - last[0]).hypot(t.pose[1] - last[1]) > 1e-3
                 || (t.pose[2] - last[2]).abs() > 0.01
         };
@@ -104,6 +116,15 @@ fn pulls(seed: u64) -> f64 {
         let (way, turn) = moved(&base, rest);
         assert!(way < 1e-3, "seed {seed} pull {pull}: {way} m by itself");
         assert!(turn < 0.01, "seed {seed} pull {pull}: {turn} rad by itself");
+        let all = base.since(pulled);
+        let name = format!("seed {seed} pull {pull}");
+        assert_never_rises(&all, |truth| truth.reference, v, &name);
+        assert_never_rises(&all, |truth| truth.turn_reference, omega, &name);
+        // The first thing that it hears is a Stop, and nothing after moves it.
+        let lines = usb.lines();
+        assert_eq!(lines[..2], ["", "Stop"], "{name}");
+        let moving = lines.iter().find(|line| moves(line));
+        assert_eq!(moving, None, "{name}");
         // Nothing that was said meanwhile is lost without a trace.
         for topic in ["cmd_vel", "goal_pose"] {
             let counted = bridge.wait_for(bridge.mark(), 3.0, |report| {
@@ -126,4 +147,93 @@ fn a_hundred_times_in_motion() {
         longest.push(base.join().unwrap());
     }
     println!("at rest, s beyond the deadman, at most: {longest:.3?}");
+}
+
+/// A base at a port of its own, plugged in, on its way to a goal.
+fn on_the_way(directory: &tempfile::TempDir) -> (Base, Usb, Bridge) {
+    let base = Base::start("default", 1, &[]);
+    let port = directory.path().join("ttyACM0");
+    let mut usb = Usb::new(&base, &port);
+    usb.plug();
+    let bridge = Bridge::start(Serial::new(port, 115_200), Params::default());
+    bridge.wait_until_up(0);
+    assert!(bridge.inbox.put(Request::Goal(pose("map", 2.0, 0.0, 0.0))));
+    let begin = Instant::now();
+    while base.speed().0 < 0.2 {
+        assert!(begin.elapsed().as_secs_f64() < 5.0);
+        sleep(0.01);
+    }
+    (base, usb, bridge)
+}
+
+#[test]
+fn a_goal_is_gone_on_to_without_a_cable_and_not_again_with_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let (base, mut usb, bridge) = on_the_way(&directory);
+    usb.pull();
+    let begin = Instant::now();
+    while base.speed().0 > REST.0 {
+        assert!(begin.elapsed().as_secs_f64() < 15.0);
+        sleep(0.1);
+    }
+    let [x, y, _] = base.now().pose;
+    // Its own odometry, and nothing else, led it there.
+    assert!((x - 2.0).hypot(y) < 0.05, "{x} {y}");
+    let (rest, mark) = (base.now().t, bridge.mark());
+    usb.plug();
+    bridge.wait_for_motion(mark);
+    sleep(1.0);
+    assert!(moved(&base, rest).0 < 1e-3);
+    assert!(!usb.lines().iter().any(|line| moves(line)));
+}
+
+#[test]
+fn a_goal_ends_when_the_cable_is_back() {
+    let directory = tempfile::tempdir().unwrap();
+    let (base, mut usb, bridge) = on_the_way(&directory);
+    let mark = bridge.mark();
+    usb.pull();
+    // Until it is noticed, what was under way is still told.
+    sleep(0.1);
+    usb.plug();
+    let lost = bridge.wait_for(mark, 1.0, |report| {
+        let link = status(report, "link")?;
+        link.message.starts_with("lost").then_some(())
+    });
+    assert!(lost.is_some());
+    bridge.wait_until_up(bridge.mark());
+    sleep(0.5);
+    assert_eq!(usb.lines()[..2], ["", "Stop"]);
+    assert!(base.speed().0 < REST.0 && base.now().pose[0] < 1.5);
+}
+
+#[test]
+fn who_ends_the_bridge_while_the_cable_is_out_for_a_moment_stops_the_base() {
+    let directory = tempfile::tempdir().unwrap();
+    let (base, mut usb, bridge) = on_the_way(&directory);
+    usb.pull();
+    // It has noticed that.
+    sleep(0.1);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            sleep(0.1);
+            usb.plug();
+        });
+        let begin = Instant::now();
+        bridge.end();
+        assert!(begin.elapsed().as_secs_f64() < 1.5);
+    });
+    sleep(0.6);
+    assert!(base.speed().0 < REST.0, "{:?}", base.speed());
+    assert!(base.now().pose[0] < 1.5, "{:?}", base.now());
+}
+
+#[test]
+fn a_bridge_whose_cable_stays_out_ends_all_the_same() {
+    let directory = tempfile::tempdir().unwrap();
+    let (_base, mut usb, bridge) = on_the_way(&directory);
+    usb.pull();
+    let begin = Instant::now();
+    bridge.end();
+    assert!(begin.elapsed().as_secs_f64() < 1.5);
 }

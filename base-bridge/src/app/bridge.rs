@@ -172,6 +172,8 @@ impl Bridge {
         self.link = Link::Greeting(wire, Box::new(handshake));
         if hung_up {
             self.lose("it takes no bytes");
+        } else if self.leaving {
+            self.take_leave();
         }
     }
 
@@ -467,6 +469,10 @@ impl Bridge {
         self.leaving = true;
         self.take_held();
         self.velocity.forget();
+        self.take_leave();
+    }
+
+    fn take_leave(&mut self) {
         self.client.stop();
         // A base that was just being greeted may have been told to ask for checks.
         if self.params.line_checks && !matches!(self.link, Link::Down) {
@@ -476,7 +482,10 @@ impl Bridge {
 
     /// There is nothing more to wait for.
     pub(super) fn has_left(&self) -> bool {
-        let waits = self.client.is_stopping() || self.client.has(Ask::Params);
-        matches!(self.link, Link::Down) || !waits
+        match self.link {
+            // It may be opened anew in time: a base that goes to a goal goes on without a line.
+            Link::Down => self.counters.opened == 0,
+            _ => !self.client.is_stopping() && !self.client.has(Ask::Params),
+        }
     }
 }

@@ -152,15 +152,26 @@ impl Tap {
 
     /// The lines that the bridge has written since the last call, without their tags and checks.
     pub fn lines(&self) -> Vec<String> {
-        let bytes = std::mem::take(&mut *self.heard.lock().unwrap());
-        let text = String::from_utf8(bytes).unwrap();
-        let bare = |line: &str| {
-            let line = line.split_once('*').map_or(line, |(line, _)| line);
-            let tagged = line.strip_prefix('@').and_then(|line| line.split_once(' '));
-            tagged.map_or(line, |(_, line)| line).to_owned()
-        };
-        text.lines().map(bare).collect()
+        bare_lines(&self.heard)
     }
+}
+
+/// Takes what was heard, as lines without their tags and checks.
+fn bare_lines(heard: &Mutex<Vec<u8>>) -> Vec<String> {
+    let bytes = std::mem::take(&mut *heard.lock().unwrap());
+    let text = String::from_utf8(bytes).unwrap();
+    let bare = |line: &str| {
+        let line = line.split_once('*').map_or(line, |(line, _)| line);
+        let tagged = line.strip_prefix('@').and_then(|line| line.split_once(' '));
+        tagged.map_or(line, |(_, line)| line).to_owned()
+    };
+    text.lines().map(bare).collect()
+}
+
+/// Could this line move a base, or set its place?
+pub fn moves(line: &str) -> bool {
+    let command = line.split(' ').next().unwrap();
+    ["m", "t", "GoTo", "ResetPos", "ObservePos"].contains(&command)
 }
 
 struct Tapped<T>(T, Tap);
@@ -218,6 +229,8 @@ impl<T: Write> Write for Tapped<T> {
 pub struct Usb {
     base: Base,
     link: PathBuf,
+    /// What has come out of it at the base since it was plugged in.
+    heard: Arc<Mutex<Vec<u8>>>,
     plugged: Option<(Arc<AtomicBool>, JoinHandle<()>)>,
 }
 
@@ -227,8 +240,14 @@ impl Usb {
         Self {
             base: base.clone(),
             link: link.to_owned(),
+            heard: Arc::default(),
             plugged: None,
         }
+    }
+
+    /// The lines that have come out of it since it was plugged in, or since the last call, without their tags and checks.
+    pub fn lines(&self) -> Vec<String> {
+        bare_lines(&self.heard)
     }
 
     /// Plugs it in.
@@ -243,13 +262,18 @@ impl Usb {
         *self.base.listener.lock().unwrap() = Some(to_host);
         let pulled = Arc::new(AtomicBool::new(false));
         let (flag, to_base) = (Arc::clone(&pulled), self.base.input.clone());
+        self.heard.lock().unwrap().clear();
+        let heard = Arc::clone(&self.heard);
         let thread = std::thread::spawn(move || {
             let (master, mut buffer) = (pty.master, [0; 1024]);
             // The slave's other end is the bridge's. When the master is closed, the bridge finds its port gone.
             drop(pty.slave);
             while !flag.load(Ordering::Relaxed) {
                 match read(&master, &mut buffer) {
-                    Ok(count) if count > 0 => to_base.send(buffer[..count].to_vec()).unwrap(),
+                    Ok(count) if count > 0 => {
+                        heard.lock().unwrap().extend(&buffer[..count]);
+                        to_base.send(buffer[..count].to_vec()).unwrap();
+                    }
                     // Nobody has opened it, or there is nothing.
                     Ok(_) | Err(Errno::EIO | Errno::EAGAIN | Errno::EINTR) => {}
                     Err(error) => panic!("{error}"),

@@ -29,6 +29,8 @@ pub struct Truth {
     pub estimate: [f64; 3],
     /// The translation's reference, m/s.
     pub reference: f64,
+    /// The rotation's, rad/s.
+    pub turn_reference: f64,
 }
 
 type Task = Box<dyn FnOnce(&mut Rig) + Send>;
@@ -81,6 +83,7 @@ impl Base {
                     pose: [row.true_x, row.true_y, row.true_theta],
                     estimate: [row.est_x, row.est_y, row.est_theta],
                     reference: row.v_s_ref,
+                    turn_reference: row.v_alpha_ref,
                 });
                 // Nobody is there any more but this thread.
                 if Arc::strong_count(&truth) == 1 {
