@@ -78,7 +78,7 @@ impl Network for Vec<Box<dyn Network>> {
     }
 }
 
-/// A request, and when it came in, in the bridge's seconds.
+/// A request, and when it was said, as far as is known: at the latest when it came in. In the bridge's seconds.
 pub struct Received {
     /// What.
     pub request: Request,
@@ -99,9 +99,18 @@ impl Inbox {
         Self { epoch, sender }
     }
 
+    /// What the bridge's clock shows.
+    pub fn now(&self) -> f64 {
+        self.epoch.now()
+    }
+
     /// Puts a request in. False: the bridge has ended.
     pub fn put(&self, request: Request) -> bool {
-        let at = self.epoch.now();
+        self.put_said(request, self.now())
+    }
+
+    /// Puts in what was said at this time, in the bridge's seconds, and may have been on its way since.
+    pub fn put_said(&self, request: Request, at: f64) -> bool {
         let received = Received { request, at };
         self.sender
             .send(crate::app::Happening::Request(received))

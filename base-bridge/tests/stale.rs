@@ -200,3 +200,67 @@ fn goals_and_poses_with_old_stamps_are_refused() {
         .collect();
     assert_eq!(goals, ["GoTo 1 0 0"]);
 }
+
+#[test]
+fn what_was_said_before_a_stop_is_not_obeyed_after_it() {
+    let base = Base::start("default", 1, &[]);
+    let params = Params {
+        cmd_vel_stamped: true,
+        ..Params::default()
+    };
+    let bridge = Bridge::start(Tap::new(&base), params);
+    bridge.wait_until_up(0);
+    sleep(0.2);
+    let speeds = |stamp| {
+        assert!(bridge.inbox.put(Request::Speeds {
+            linear: [0.3, 0.0, 0.0],
+            angular: [0.0; 3],
+            stamp: Some(stamp),
+        }));
+    };
+    let (begin, before) = (base.now().t, wall());
+    sleep(0.05);
+    assert_eq!(bridge.call(Request::Stop), Ok("OK".into()));
+    speeds(before);
+    assert!(bridge.inbox.put(goal(Some(before))));
+    for topic in ["cmd_vel", "goal_pose"] {
+        wait_for_count(&bridge, &format!("refused {topic} stale"), 1);
+    }
+    assert!(moved(&base, begin) < 1e-3);
+    // After a goal, too.
+    assert!(bridge.inbox.put(goal(None)));
+    sleep(0.05);
+    speeds(wall() - 100_000_000);
+    sleep(4.0);
+    assert!((base.now().pose[0] - 1.0).abs() < 0.03, "{:?}", base.now());
+    speeds(wall());
+    sleep(0.2);
+    assert!(base.speed().0 > 0.05, "{:?}", base.speed());
+}
+
+#[test]
+fn speeds_that_were_on_their_way_for_long_are_not_obeyed() {
+    let (base, _tap, bridge) = start();
+    sleep(0.6);
+    let begin = base.now().t;
+    let speeds = |stamp| Request::Speeds {
+        linear: [0.3, 0.0, 0.0],
+        angular: [0.0; 3],
+        stamp,
+    };
+    for ago in [0.5, 0.4, 0.3] {
+        let said = bridge.inbox.now() - ago;
+        assert!(bridge.inbox.put_said(speeds(None), said));
+        // Its writer's clock is ahead.
+        let stamp = Some(wall() + 50_000_000);
+        assert!(bridge.inbox.put_said(speeds(stamp), said - 5.0));
+    }
+    wait_for_count(&bridge, "refused cmd_vel stale", 3);
+    assert!(moved(&base, begin) < 1e-3);
+    let said = bridge.inbox.now() - 0.15;
+    assert!(bridge.inbox.put_said(speeds(None), said));
+    sleep(0.4);
+    assert!(moved(&base, begin) > 1e-3);
+    // 0.1 s at 1 m/s², and to rest again: not a quarter of a second.
+    assert!(moved(&base, begin) < 0.03, "{}", moved(&base, begin));
+}

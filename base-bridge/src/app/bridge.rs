@@ -63,6 +63,8 @@ pub(super) struct Bridge {
     heard: f64,
     /// How many lines had not been answered when the last answer came.
     unanswered: u64,
+    /// When somebody last told the base to stop, or to go somewhere: what was said before that moves it no more.
+    pub(super) stopped: f64,
     /// Since the last telemetry the estimate may have been corrected.
     pub(super) corrected: bool,
     /// Poses that wait until it is known where `odom` is.
@@ -111,6 +113,7 @@ impl Bridge {
             status: None,
             heard: 0.0,
             unanswered: 0,
+            stopped: f64::NEG_INFINITY,
             corrected: false,
             held: Vec::new(),
             counters: Counters::default(),

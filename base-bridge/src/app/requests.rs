@@ -52,19 +52,12 @@ impl Bridge {
                 linear,
                 angular,
                 stamp,
-            } => {
-                let age = stamp.map(|stamp| at - from_stamp(self.epoch.wall_offset(), stamp));
-                let taken = self.velocity.receive(linear, angular, age, at);
-                if taken.is_ok() {
-                    self.drop_held_goal();
-                }
-                ("cmd_vel", taken)
-            }
+            } => ("cmd_vel", self.speeds(linear, angular, stamp, at)),
             Request::Fix(observed) => ("pose_fix", self.fix(&observed)),
             Request::Goal(goal) => ("goal_pose", self.goal(&goal, at)),
             Request::SetPose(pose, reply) => ("initialpose", self.set_pose(&pose, at, reply)),
             Request::Stop(reply) => {
-                let number = self.stop();
+                let number = self.stop(at);
                 self.replies.insert(number, reply);
                 return;
             }
@@ -76,7 +69,7 @@ impl Bridge {
             Request::Enable(enable, reply) => {
                 if !enable {
                     // A Stop is said until it is answered; this is not.
-                    self.stop();
+                    self.stop(at);
                 }
                 let line = if enable { "Enable" } else { "Disable" };
                 let number = self.client.ask(Ask::Enable, line);
@@ -94,21 +87,58 @@ impl Bridge {
         }
     }
 
-    /// Ends whatever the base was told to do.
-    fn stop(&mut self) -> u64 {
+    fn speeds(
+        &mut self,
+        linear: [f64; 3],
+        angular: [f64; 3],
+        stamp: Option<i64>,
+        at: f64,
+    ) -> Result<(), Refusal> {
+        let now = self.epoch.now();
+        let stamped = self.stamped(stamp);
+        let said = stamped.map_or(at, |stamped| {
+            if stamped > now {
+                stamped
+            } else {
+                stamped.min(at)
+            }
+        });
+        self.not_before_a_stop(said)?;
+        self.velocity.receive(linear, angular, now - said, now)?;
+        self.drop_held_goal();
+        Ok(())
+    }
+
+    /// Ends whatever the base was told to do until then.
+    fn stop(&mut self, said: f64) -> u64 {
+        self.stopped = self.stopped.max(said);
         self.velocity.forget();
         self.drop_held_goal();
         self.client.stop()
     }
 
-    /// Refuses what was said long ago: by its stamp, or by when it came in.
-    fn fresh(&self, stamp: Option<i64>, at: f64) -> Result<(), Refusal> {
-        let stamped = stamp.map(|stamp| from_stamp(self.epoch.wall_offset(), stamp));
-        if self.epoch.now() - stamped.unwrap_or(at).min(at) > OLD {
+    /// Refuses what was said long ago: by its stamp, or by when it came in. Returns when it was said.
+    fn fresh(&self, stamp: Option<i64>, at: f64) -> Result<f64, Refusal> {
+        let said = self.stamped(stamp).unwrap_or(at).min(at);
+        if self.epoch.now() - said > OLD {
+            Err(Refusal::Stale)
+        } else {
+            Ok(said)
+        }
+    }
+
+    /// Refuses what was said before the base was told to stop: it came later, by another way.
+    fn not_before_a_stop(&self, said: f64) -> Result<(), Refusal> {
+        if said < self.stopped {
             Err(Refusal::Stale)
         } else {
             Ok(())
         }
+    }
+
+    /// A stamp in the bridge's seconds.
+    fn stamped(&self, stamp: Option<i64>) -> Option<f64> {
+        stamp.map(|stamp| from_stamp(self.epoch.wall_offset(), stamp))
     }
 
     fn fix(&mut self, observed: &UncertainPose) -> Result<(), Refusal> {
@@ -129,7 +159,7 @@ impl Bridge {
         reply: Option<Reply>,
     ) -> Result<(), Refusal> {
         let fresh = self.fresh(pose.pose.stamp, at);
-        match fresh.and_then(|()| self.in_map(pose)) {
+        match fresh.and_then(|_| self.in_map(pose)) {
             Ok((pose, covariance)) => {
                 let line = observation::reset(&pose, &covariance);
                 let number = self.client.ask(Ask::Reset, line);
@@ -148,10 +178,11 @@ impl Bridge {
     }
 
     fn goal(&mut self, goal: &FramedPose, at: f64) -> Result<(), Refusal> {
-        self.fresh(goal.stamp, at)?;
+        let said = self.fresh(goal.stamp, at)?;
+        self.not_before_a_stop(said)?;
         let (goal, _) = self.pose_in_map(goal)?;
         // Speeds that somebody said before are over, or they would end the way to the goal; also if the base refuses it, or never hears of it.
-        self.stop();
+        self.stop(said);
         self.client.ask(Ask::GoTo, posture::go_to(&goal));
         Ok(())
     }

@@ -111,8 +111,7 @@ impl Velocity {
         self.limits = limits;
     }
 
-    /// Takes a twist: linear x, y, z in m/s, angular x, y, z in rad/s, and its age in s if it has a stamp. What such a base cannot do (y, z, roll, pitch) is
-    /// left out.
+    /// Takes a twist: linear x, y, z in m/s, angular x, y, z in rad/s, said `age` s ago. What such a base cannot do (y, z, roll, pitch) is left out.
     ///
     /// # Errors
     /// If there is a number that is none anywhere in it, or it is too old or of the future. Then it is no sign of life either.
@@ -120,7 +119,7 @@ impl Velocity {
         &mut self,
         linear: [f64; 3],
         angular: [f64; 3],
-        age: Option<f64>,
+        age: f64,
         now: f64,
     ) -> Result<(), Refusal> {
         let all = linear.iter().chain(&angular);
@@ -128,7 +127,6 @@ impl Velocity {
         if !all.clone().all(|x| x.abs() <= ABSURD) {
             return Err(Refusal::NotFinite);
         }
-        let age = age.unwrap_or(0.0);
         if age > self.timeout {
             return Err(Refusal::Stale);
         }
@@ -228,7 +226,7 @@ mod tests {
     fn say(velocity: &mut Velocity, v: f64, omega: f64, now: f64) -> Vec<String> {
         let linear = [v, 0.0, 0.0];
         let angular = [0.0, 0.0, omega];
-        velocity.receive(linear, angular, None, now).unwrap();
+        velocity.receive(linear, angular, 0.0, now).unwrap();
         sent(velocity, now)
     }
 
@@ -287,7 +285,7 @@ mod tests {
                 numbers[at] = bad;
                 let [a, b, c, d, e, f] = numbers;
                 let mut velocity = velocity();
-                let refused = velocity.receive([a, b, c], [d, e, f], None, 0.0);
+                let refused = velocity.receive([a, b, c], [d, e, f], 0.0, 0.0);
                 assert_eq!(refused, Err(Refusal::NotFinite));
                 assert!(!velocity.is_driving());
             }
@@ -323,7 +321,7 @@ mod tests {
     #[test]
     fn old_stamps_and_those_of_the_future_are_refused() {
         let mut velocity = velocity();
-        let mut receive = |age, now| velocity.receive([0.1, 0.0, 0.0], [0.0; 3], Some(age), now);
+        let mut receive = |age, now| velocity.receive([0.1, 0.0, 0.0], [0.0; 3], age, now);
         assert_eq!(receive(0.26, 1.0), Err(Refusal::Stale));
         assert_eq!(receive(-0.11, 1.0), Err(Refusal::Future));
         assert_eq!(receive(-0.05, 1.0), Ok(()));

@@ -1,6 +1,7 @@
 //! What the node hears: a thread that waits for all of it, and puts it into the bridge's inbox.
 
 use super::outgoing::{profile, topic};
+use super::said::Said;
 use crate::asked::{fix, goal, speeds, stamped_speeds, uncertain};
 use crate::network::{Inbox, Request};
 use crate::params::{Params, ServiceMapping as Mapping};
@@ -35,14 +36,15 @@ impl Drop for Deaf {
     }
 }
 
-/// Something that is heard, as a request to the bridge.
-type Heard = BoxStream<'static, Option<Request>>;
+/// Something that is heard, as a request to the bridge, and when it was said, in the bridge's seconds.
+type Heard = BoxStream<'static, Option<(Request, f64)>>;
 
 impl Ears {
     /// The ears of a node.
     pub fn new(node: &mut Node, namespace: &str, params: &Params, inbox: &Inbox) -> Result<Self> {
         let qos = profile(params.command_qos());
         let name = |each: &str| whole(namespace, each);
+        let mut ears = Subscriber { node, qos, inbox };
         let mut heard = Vec::new();
         let mut listen = |topic: &str, to: &mut dyn FnMut(&str) -> Result<Heard>| -> Result<()> {
             // No name: that is left to others.
@@ -54,27 +56,23 @@ impl Ears {
         listen(&params.topic_cmd_vel, &mut |topic| {
             // One of the two, never both on one name: a reader of the other type would take its bytes for its own.
             if params.cmd_vel_stamped {
-                subscribe(node, topic, &qos, |twist: TwistStamped| {
-                    stamped_speeds(&twist)
-                })
+                ears.subscribe(topic, |twist: TwistStamped| stamped_speeds(&twist))
             } else {
-                subscribe(node, topic, &qos, |twist: Twist| speeds(&twist, None))
+                ears.subscribe(topic, |twist: Twist| speeds(&twist, None))
             }
         })?;
         listen(&params.topic_fix, &mut |topic| {
-            subscribe(node, topic, &qos, |pose: PoseWithCovarianceStamped| {
-                fix(&pose)
-            })
+            ears.subscribe(topic, |pose: PoseWithCovarianceStamped| fix(&pose))
         })?;
         listen(&params.topic_goal, &mut |topic| {
-            subscribe(node, topic, &qos, |pose: PoseStamped| goal(&pose))
+            ears.subscribe(topic, |pose: PoseStamped| goal(&pose))
         })?;
         listen(&params.topic_initial, &mut |topic| {
-            subscribe(node, topic, &qos, |pose: PoseWithCovarianceStamped| {
+            ears.subscribe(topic, |pose: PoseWithCovarianceStamped| {
                 Request::SetPose(uncertain(&pose), None)
             })
         })?;
-        heard.extend(services(node, params, &name)?);
+        heard.extend(services(ears.node, params, &name, inbox)?);
         let mut heard = select_all(heard);
         let (end, mut ended) = futures_channel::oneshot::channel::<()>();
         let inbox = inbox.clone();
@@ -88,7 +86,7 @@ impl Ears {
                         futures_util::select! {
                             next = heard.next() => {
                                 let Some(next) = next else { return };
-                                if next.is_some_and(|request| !inbox.put(request)) {
+                                if next.is_some_and(|(request, said)| !inbox.put_said(request, said)) {
                                     return;
                                 }
                             }
@@ -109,24 +107,37 @@ impl Ears {
     }
 }
 
-fn subscribe<M: RosMessage + Send + Sync + 'static>(
-    node: &mut Node,
-    name: &str,
-    qos: &QosProfile,
-    request: impl Fn(M) -> Request + Send + 'static,
-) -> Result<Heard> {
-    let topic = topic::<M>(node, name, qos)?;
-    let subscription: Subscription<M> = node
-        .create_subscription(&topic, Some(qos.clone()))
-        .map_err(|error| anyhow!("the topic `{name}`: {error}"))?;
-    // What cannot be read as its type says is nothing.
-    let heard = futures_util::stream::unfold(subscription, |subscription| async {
-        let taken = subscription.async_take().await;
-        Some((taken, subscription))
-    });
-    Ok(heard
-        .map(move |taken| taken.ok().map(|(message, _)| request(message)))
-        .boxed())
+/// What all topics have in common.
+struct Subscriber<'a> {
+    node: &'a mut Node,
+    qos: QosProfile,
+    inbox: &'a Inbox,
+}
+
+impl Subscriber<'_> {
+    fn subscribe<M: RosMessage + Send + Sync + 'static>(
+        &mut self,
+        name: &str,
+        request: impl Fn(M) -> Request + Send + 'static,
+    ) -> Result<Heard> {
+        let topic = topic::<M>(self.node, name, &self.qos)?;
+        let subscription: Subscription<M> = self
+            .node
+            .create_subscription(&topic, Some(self.qos.clone()))
+            .map_err(|error| anyhow!("the topic `{name}`: {error}"))?;
+        let heard = futures_util::stream::unfold(subscription, |subscription| async {
+            let taken = subscription.async_take().await;
+            Some((taken, subscription))
+        });
+        let (inbox, mut said) = (self.inbox.clone(), Said::default());
+        Ok(heard
+            .map(move |taken| {
+                // What cannot be read as its type says is nothing.
+                let (message, info) = taken.ok()?;
+                Some((request(message), said.note(&info, inbox.now())))
+            })
+            .boxed())
+    }
 }
 
 /// The services, each as what is asked by it.
@@ -134,6 +145,7 @@ fn services(
     node: &mut Node,
     params: &Params,
     name: &impl Fn(&str) -> String,
+    inbox: &Inbox,
 ) -> Result<Vec<Heard>> {
     let mapping = match params.service_mapping() {
         Mapping::Enhanced => ServiceMapping::Enhanced,
@@ -147,6 +159,7 @@ fn services(
     Ok(vec![
         serve(
             node,
+            inbox,
             mapping,
             &name(&params.service_stop),
             ("std_srvs", "Trigger"),
@@ -155,6 +168,7 @@ fn services(
         )?,
         serve(
             node,
+            inbox,
             mapping,
             &name(&params.service_clear),
             ("std_srvs", "Trigger"),
@@ -163,6 +177,7 @@ fn services(
         )?,
         serve(
             node,
+            inbox,
             mapping,
             &name(&params.service_enable),
             ("std_srvs", "SetBool"),
@@ -175,6 +190,7 @@ fn services(
         )?,
         serve(
             node,
+            inbox,
             mapping,
             &name(&params.service_set_pose),
             ("robot_localization", "SetPose"),
@@ -186,6 +202,7 @@ fn services(
 
 fn serve<Q, A>(
     node: &mut Node,
+    inbox: &Inbox,
     mapping: ServiceMapping,
     name: &str,
     (package, kind): (&str, &str),
@@ -214,6 +231,7 @@ where
         let taken = server.async_receive_request().await;
         Some((taken, server))
     });
+    let inbox = inbox.clone();
     Ok(asked
         .map(move |taken| {
             let (id, asked): (RmwRequestId, Q) = taken.ok()?;
@@ -222,7 +240,7 @@ where
                 // Who has asked may have gone.
                 let _ = server.send_response(id, answer(outcome));
             });
-            Some(request(asked, reply))
+            Some((request(asked, reply), inbox.now()))
         })
         .boxed())
 }

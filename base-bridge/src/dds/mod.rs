@@ -6,6 +6,7 @@
 pub mod environment;
 mod incoming;
 mod outgoing;
+mod said;
 
 use crate::network::{Inbox, Network};
 use crate::params::Params;

@@ -107,6 +107,34 @@ fn numbers_that_are_none_are_refused_and_counted() {
 }
 
 #[test]
+fn what_a_network_has_held_back_is_not_obeyed() {
+    alone(
+        "commands::what_a_network_has_held_back_is_not_obeyed",
+        || {
+            let stage = Stage::set();
+            let _bridge = stage.bridge(&[]);
+            let mut peer = Peer::start("r1");
+            peer.ask("wait 10");
+            let begin = stage.base.now().t;
+            assert_eq!(peer.ask("late 0.3 0 0.8")["matched"], 1);
+            sleep(1.1);
+            let driven = |since: f64| {
+                let all = stage.base.since(since);
+                all.iter().map(|truth| truth.reference).fold(0.0, f64::max)
+            };
+            assert_eq!(driven(begin), 0.0);
+            let diagnostics = peer.ask("diagnostics").to_string();
+            assert!(diagnostics.contains("cmd_vel stale"), "{diagnostics}");
+            // What is held back for no longer than a network may is.
+            let begin = stage.base.now().t;
+            peer.ask("late 0.3 0 0.25");
+            sleep(0.3);
+            assert!(driven(begin) > 0.02, "{}", driven(begin));
+        },
+    );
+}
+
+#[test]
 fn poses_are_gone_to_set_and_corrected() {
     alone("commands::poses_are_gone_to_set_and_corrected", || {
         let stage = Stage::set();

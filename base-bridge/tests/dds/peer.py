@@ -458,6 +458,20 @@ class Peer:
         self.end()
         return answer
 
+    def late(self, v, w, seconds):
+        """Says for a second to stand still; then speeds that come so much later than they are said, as from a network that was away."""
+        writer = self.writer("cmd_vel", Twist, BEST_EFFORT)
+        matched = self.matched(writer)
+        until = time.monotonic() + 1
+        while time.monotonic() < until:
+            writer.write(twist(0, 0))
+            time.sleep(SPEED_PERIOD)
+        said = time.time_ns()
+        time.sleep(float(seconds))
+        for each in range(5):
+            writer.write(twist(v, w), timestamp=said + int(each * SPEED_PERIOD * 1e9))
+        return {"matched": matched}
+
     def say(self, name, message):
         writer = self.writer(name, type(message), BEST_EFFORT)
         matched = self.matched(writer)
