@@ -3,6 +3,7 @@
 
 mod common;
 
+use base_bridge::client::check;
 use base_bridge::network::{Request, UncertainPose};
 use base_bridge::params::Params;
 use common::cable::Tap;
@@ -50,6 +51,8 @@ fn a_goal_that_is_refused_ends_what_was_before() {
     );
     assert_at_rest(&base);
     wait_for_base(&bridge, bridge.mark() - 1, "no fault");
+    let told = "no way to the goal: range posture 1 does not lie ahead";
+    assert!(bridge.said().iter().any(|words| words.starts_with(told)));
 }
 
 #[test]
@@ -158,4 +161,34 @@ fn all_that_a_base_can_do_may_be_asked_of_it() {
     let last = bridge.diagnostics().unwrap();
     let refused = common::count(&last, "refused by the base: range");
     assert_eq!(refused, Some(0), "{last:?}");
+}
+
+#[test]
+fn limits_that_somebody_else_has_changed_are_learnt() {
+    let (base, tap, bridge) = start("default", &[]);
+    bridge.drive_until(0.5, 0.0, || base.speed().0 > 0.47);
+    base.task(|rig| {
+        for line in ["SetParam max_speed 0.4", "SetParam max_turn_speed 180"] {
+            rig.send(format!("{}\n", check::with(line)).as_bytes());
+        }
+    });
+    // It goes on at what it was told until it is told something else. That must not go on: the base refuses it.
+    bridge.drive(0.6, 0.0, 1.0);
+    let (speed, _) = base.speed();
+    assert!((speed - 0.4).abs() < 0.02, "{speed}");
+    bridge.drive(0.0, 4.0, 1.5);
+    let (_, turn_speed) = base.speed();
+    let most = 180_f64.to_radians();
+    assert!((turn_speed - most).abs() < 0.1, "{turn_speed}");
+    // Once for all: the next wishes are made smaller.
+    let asked = tap.lines();
+    let asked = asked.iter().filter(|line| line.starts_with("GetParam"));
+    let before = asked.count();
+    bridge.drive(0.5, 4.0, 0.5);
+    let asked = tap.lines();
+    assert!(!asked.iter().any(|line| line.starts_with("GetParam")));
+    assert!(before >= 3);
+    let said = bridge.said();
+    let learnt = "the base has changed: max_speed 0.4 m/s";
+    assert_eq!(said.iter().filter(|words| *words == learnt).count(), 1);
 }

@@ -24,6 +24,8 @@ const SILENCE: f64 = 1.0;
 const UNANSWERED: u64 = 8;
 /// A deadman that takes longer than this, s, is no protection.
 const LOOSE: f64 = 2.0;
+/// What it does not go beyond.
+const LIMITS: [&str; 3] = ["max_speed", "max_turn_speed", "max_wheel_speed"];
 /// Its state is asked for this often, Hz: flags, which telemetry does not have.
 const STATUS_RATE: f64 = 2.0;
 
@@ -249,8 +251,10 @@ impl Bridge {
         // Between the last telemetry and the next there was a correction.
         self.corrected |= answer.ask.corrects();
         if let Outcome::Refused(why) = &answer.outcome {
-            let code = why.split(' ').next().unwrap_or_default().to_owned();
-            *self.counters.base_refused.entry(code).or_insert(0) += 1;
+            self.counters.refused(why);
+            if matches!(answer.ask, Ask::Move | Ask::Turn) && why.starts_with("range") {
+                self.doubt_limits(why);
+            }
         }
         let replaced = answer.outcome == Outcome::NotSent;
         let result = match answer.outcome {
@@ -262,9 +266,11 @@ impl Bridge {
             }
             Outcome::Lost => Err("the line is lost".to_owned()),
         };
-        // Neither the topic nor the service has an answer that could tell. A newer pose speaks for itself.
-        if let (Ask::Reset, Err(why), false) = (answer.ask, &result, replaced) {
-            self.say(format!("the pose is not set: {why}"));
+        // Neither the topics nor the service have an answer that could tell. A newer one speaks for itself.
+        match (answer.ask, &result) {
+            (Ask::Reset, Err(why)) if !replaced => self.say(format!("the pose is not set: {why}")),
+            (Ask::GoTo, Err(why)) if !replaced => self.say(format!("no way to the goal: {why}")),
+            _ => {}
         }
         match (self.replies.remove(&answer.number), answer.ask, result) {
             (Some(reply), _, result) => reply(result),
@@ -274,7 +280,42 @@ impl Bridge {
             (None, Ask::Status, Ok(text)) => {
                 self.status = text.strip_prefix("Status ").map(str::to_owned);
             }
+            (None, Ask::Params, Ok(text)) if self.up_since().is_some() => {
+                if let Some(row) = text.strip_prefix("Param ") {
+                    self.learn(row);
+                }
+            }
             _ => {}
+        }
+    }
+
+    /// The base refuses a speed that should be possible: somebody has changed its limits. It must not go on with the speed of before.
+    fn doubt_limits(&mut self, why: &str) {
+        // What somebody has told it since then has ended that speed.
+        if !self.velocity.is_driving() || self.up_since().is_none() {
+            return;
+        }
+        self.velocity.forget();
+        self.client.stop();
+        if !self.client.has(Ask::Params) {
+            self.say(format!(
+                "the base refuses a speed: {why}; its limits are asked for anew"
+            ));
+            for limit in LIMITS {
+                self.client.ask(Ask::Params, format!("GetParam {limit}"));
+            }
+        }
+    }
+
+    /// Takes a parameter that was asked for anew.
+    fn learn(&mut self, row: &str) {
+        let before = self.base.clone();
+        if self.base.note(row) && self.base != before {
+            self.set_limits();
+            // It may still be as fast as before.
+            let speeds = [&before, &self.base].map(|base| base.or_zero("max_speed"));
+            self.frames.set_max_speed(speeds[0].max(speeds[1]));
+            self.say(format!("the base has changed: {row}"));
         }
     }
 
@@ -304,23 +345,26 @@ impl Bridge {
         handshake.version().clone_into(&mut self.version);
         self.base = handshake.knowledge().clone();
         self.fields = handshake.fields().to_vec();
-        let base = &self.base;
-        let max_speed = base.or_zero("max_speed");
-        // A wheel of two goes at v ± ω b/2. Steered vehicles slow down by themselves where their geometry asks for it.
-        let wheel = (base.vehicle() == Vehicle::Differential)
-            .then(|| Some((base.get("max_wheel_speed")?, base.get("wheel_base")? / 2.0)));
-        self.velocity.set_limits(Limits {
-            speed: max_speed,
-            turn_speed: base.or_zero("max_turn_speed").to_radians(),
-            wheel: wheel.flatten(),
-        });
-        self.frames.set_max_speed(max_speed);
-        self.noise = SpeedNoise::of(base);
+        self.set_limits();
+        self.frames.set_max_speed(self.base.or_zero("max_speed"));
+        self.noise = SpeedNoise::of(&self.base);
         if let Some(deadman) = self.loose_deadman() {
             self.say(format!(
                 "deadman is {deadman} s: the base runs on when this bridge or its cable is gone"
             ));
         }
+    }
+
+    fn set_limits(&mut self) {
+        let base = &self.base;
+        // A wheel of two goes at v ± ω b/2. Steered vehicles slow down by themselves where their geometry asks for it.
+        let wheel = (base.vehicle() == Vehicle::Differential)
+            .then(|| Some((base.get("max_wheel_speed")?, base.get("wheel_base")? / 2.0)));
+        self.velocity.set_limits(Limits {
+            speed: base.or_zero("max_speed"),
+            turn_speed: base.or_zero("max_turn_speed").to_radians(),
+            wheel: wheel.flatten(),
+        });
     }
 
     /// The base's deadman, if it does not stop the base soon. 0: it never does.

@@ -11,6 +11,11 @@ const MUCH: f64 = 0.8;
 /// Lines that go wrong in the time between two looks, and are worth one.
 const FEW: u64 = 1;
 
+/// What a base says behind `ERR`.
+const CODES: &str = "syntax range too-long bad-byte checksum busy fault gate disabled moving unknown full not-psd storage standing contradiction";
+/// For what else comes there: noise, or a newer base.
+const OTHER: &str = "other";
+
 /// What is counted.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counters {
@@ -27,7 +32,7 @@ pub(super) struct Counters {
     /// Replies to nobody.
     pub(super) strays: u64,
     /// What the base has refused, by code.
-    pub(super) base_refused: BTreeMap<String, u64>,
+    base_refused: BTreeMap<&'static str, u64>,
     /// At the last look: when, bytes in and out, and lines gone wrong.
     last: (f64, u64, u64, u64),
 }
@@ -36,6 +41,13 @@ impl Counters {
     /// Lines that have gone wrong.
     fn wrong(&self, unanswered: u64) -> u64 {
         self.damaged + self.strays + unanswered
+    }
+
+    /// The base has refused a line; the code is the first word of why.
+    pub(super) fn refused(&mut self, why: &str) {
+        let word = why.split(' ').next().unwrap_or_default();
+        let code = CODES.split(' ').find(|code| *code == word);
+        *self.base_refused.entry(code.unwrap_or(OTHER)).or_insert(0) += 1;
     }
 
     /// The base is known: what went wrong before, while it started or somebody else was answered, is worth no look.
@@ -186,5 +198,23 @@ fn status(
             .into_iter()
             .map(|(key, value)| (key.into(), value))
             .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_is_no_key() {
+        let mut counters = Counters::default();
+        for why in ["range max_speed 0 to 1", "range", "not-psd", "", "rangex"] {
+            counters.refused(why);
+        }
+        for number in 0..100 {
+            counters.refused(&format!("x{number} y"));
+        }
+        let counted: Vec<_> = counters.base_refused.into_iter().collect();
+        assert_eq!(counted, [("not-psd", 1), ("other", 102), ("range", 2)]);
     }
 }
