@@ -208,6 +208,21 @@ fn a_goal_ends_when_the_cable_is_back() {
 }
 
 #[test]
+fn who_ends_the_bridge_just_after_a_long_time_without_a_cable_stops_the_base() {
+    let directory = tempfile::tempdir().unwrap();
+    let (base, mut usb, bridge) = on_the_way(&directory);
+    usb.pull();
+    // By then the bridge looks for it but every few seconds.
+    sleep(4.2);
+    usb.plug();
+    bridge.end();
+    sleep(0.6);
+    assert!(base.speed().0 < REST.0, "{:?}", base.speed());
+    // Not at the goal.
+    assert!(base.now().pose[0] < 1.7, "{:?}", base.now());
+}
+
+#[test]
 fn who_ends_the_bridge_while_the_cable_is_out_for_a_moment_stops_the_base() {
     let directory = tempfile::tempdir().unwrap();
     let (base, mut usb, bridge) = on_the_way(&directory);

@@ -106,7 +106,7 @@ impl App {
             happenings,
         } = self;
         let name = door.name();
-        keeper::keep(door, epoch, move |event| {
+        let hurry = keeper::keep(door, epoch, move |event| {
             sender.send(Happening::Line(event)).is_ok()
         });
         let mut bridge = Bridge::new(params, epoch, name);
@@ -127,6 +127,7 @@ impl App {
                             end @ (Happening::Quit | Happening::Deaf) => {
                                 deaf = matches!(end, Happening::Deaf);
                                 until = Some(epoch.now() + FAREWELL);
+                                hurry.up();
                                 bridge.leave();
                             }
                         }

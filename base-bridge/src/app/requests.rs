@@ -2,6 +2,7 @@
 
 use super::bridge::Bridge;
 use crate::client::Ask;
+use crate::commands::velocity::MAX_FUTURE;
 use crate::commands::{Refusal, observation, posture};
 use crate::network::{FramedPose, Received, Reply, Request, UncertainPose};
 use crate::time::from_stamp;
@@ -95,14 +96,11 @@ impl Bridge {
         at: f64,
     ) -> Result<(), Refusal> {
         let now = self.epoch.now();
-        let stamped = self.stamped(stamp);
-        let said = stamped.map_or(at, |stamped| {
-            if stamped > now {
-                stamped
-            } else {
-                stamped.min(at)
-            }
-        });
+        let stamped = self.stamped(stamp).unwrap_or(at);
+        if stamped > now + MAX_FUTURE {
+            return Err(Refusal::Future);
+        }
+        let said = stamped.min(at);
         self.not_before_a_stop(said)?;
         self.velocity.receive(linear, angular, now - said, now)?;
         self.drop_held_goal();

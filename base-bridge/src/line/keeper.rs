@@ -11,6 +11,8 @@ use std::time::Duration;
 const SHORTEST_WAIT: Duration = Duration::from_millis(500);
 /// … doubled up to this.
 const LONGEST_WAIT: Duration = Duration::from_secs(5);
+/// The wait of who is in a hurry.
+const HURRIED_WAIT: Duration = Duration::from_millis(50);
 
 /// What happens to the line.
 pub enum LineEvent {
@@ -45,12 +47,37 @@ impl Drop for Wire {
     }
 }
 
+/// Makes the keeper open a lost line as soon as it can: there is little time left to say something.
+pub struct Hurry(Arc<AtomicBool>);
+
+impl Hurry {
+    /// From now on.
+    pub fn up(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Waits, unless there is a hurry.
+fn rest(mut wait: Duration, hurried: &AtomicBool) {
+    while !wait.is_zero() {
+        let part = wait.min(HURRIED_WAIT);
+        std::thread::sleep(part);
+        wait = if hurried.load(Ordering::Relaxed) {
+            Duration::ZERO
+        } else {
+            wait - part
+        };
+    }
+}
+
 /// Keeps the line open, for as long as somebody listens: `tell` returns false when nobody does any more.
 pub fn keep(
     mut door: Box<dyn Door>,
     epoch: Epoch,
     mut tell: impl FnMut(LineEvent) -> bool + Send + 'static,
-) {
+) -> Hurry {
+    let hurry = Hurry(Arc::default());
+    let hurried = Arc::clone(&hurry.0);
     std::thread::spawn(move || {
         let mut wait = SHORTEST_WAIT;
         loop {
@@ -99,8 +126,9 @@ pub fn keep(
             if heard {
                 wait = SHORTEST_WAIT;
             }
-            std::thread::sleep(wait);
+            rest(wait, &hurried);
             wait = (wait * 2).min(LONGEST_WAIT);
         }
     });
+    hurry
 }
