@@ -8,6 +8,7 @@
 use crate::time::from_stamp;
 use ros2_client::{Gid, MessageInfo};
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// Nobody has so many drivers. Beyond them it is begun anew.
 const WRITERS: usize = 100;
@@ -61,13 +62,14 @@ impl Said {
         if self.writers.len() >= WRITERS && !self.writers.contains_key(&gid) {
             self.writers.clear();
         }
-        match self.writers.get_mut(&gid) {
-            Some(writer) => arrival - writer.lateness(stamp, arrival),
-            None => {
-                self.writers.insert(gid, Writer::new(stamp, arrival));
-                arrival
+        let lateness = match self.writers.entry(gid) {
+            Entry::Occupied(mut known) => known.get_mut().lateness(stamp, arrival),
+            Entry::Vacant(new) => {
+                new.insert(Writer::new(stamp, arrival));
+                0.0
             }
-        }
+        };
+        arrival - lateness
     }
 }
 

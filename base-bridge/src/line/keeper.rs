@@ -65,7 +65,7 @@ fn rest(mut wait: Duration, hurried: &AtomicBool) {
         wait = if hurried.load(Ordering::Relaxed) {
             Duration::ZERO
         } else {
-            wait - part
+            wait.saturating_sub(part)
         };
     }
 }
